@@ -2,6 +2,7 @@
 #define _GNU_SOURCE    /* MAP_ANONYMOUS, MAP_NORESERVE */
 #include "exec.h"
 
+#include <assert.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -45,6 +46,7 @@ struct sga_exec *sga_exec_new(size_t bytes)
     m->base = at + (size - (uintptr_t)at % size) % size;
     m->bytes = size;
     m->pages = (int)(size / PAGE);
+    assert((uintptr_t)m->base % size == 0 && m->base + size <= m->mapped + m->reserved);
     m->length = sga_calloc((size_t)m->pages, sizeof *m->length);
     return m;
 }
@@ -109,5 +111,7 @@ const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
 
 void sga_exec_drop(struct sga_exec *m, const void *at)
 {
-    m->length[((const unsigned char *)at - m->base) / PAGE] = 0;
+    size_t page = (size_t)((const unsigned char *)at - m->base) / PAGE;
+    assert(page < (size_t)m->pages && m->length[page] > 0);
+    m->length[page] = 0;
 }

@@ -7,6 +7,7 @@
  * R. Giulietti, The Schubfach way to render doubles, 2020 (sections 9.3 to 9.10). */
 #include "buf.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -38,6 +39,7 @@ static uint64_t shortest(uint64_t c, int q, bool narrow, int *exponent)
 {
     int k = narrow ? log10_pow2_less(q) : log10_pow2(q);
     int h = q + log2_pow10(-k) + 1;
+    assert(h >= 1 && h <= 4);        /* 4 c + 2 has 55 bits and takes no more */
     const uint64_t *g = sga_power_of_ten[-k - SGA_POWER_MIN];
     uint64_t odd = c & 1;    /* the ends belong to the interval of an even c */
     uint64_t low = scale(g, (4 * c - 2 + narrow) << h) + odd;
@@ -134,6 +136,7 @@ static char *put_positive(char *p, uint64_t bits)
         k++;
     }
     int n = (int)(end - digit), exponent = n - 1 + k;
+    assert(n >= 1 && n <= 17 && digit[0] != '0');
     return exponent >= -5 && exponent <= 16 ? put_decimal(p, digit, n, exponent + 1)
                                             : put_scientific(p, digit, n, exponent);
 }

@@ -82,6 +82,7 @@ static bool split(struct dirac_classes *c, const struct dirac_system *d)
         c->primary_firsts += k < d->primaries;
         c->first[c->firsts++] = weak_normal(w, sum);
     }
+    assert(c->firsts + c->seconds == m && c->primary_firsts <= c->firsts);
     return true;
 }
 
@@ -103,6 +104,7 @@ static bool fix_multipliers(struct dirac_classes *c, const struct dirac_system *
         return false;
     for (int k = 0; k < a; k++)
         rank += pivot[k] >= 0;
+    assert(rank <= m);
     for (int j = rank; j < m; j++) {
         int is = weak_zero(w, u[j * width + a]);
         if (is < 0)

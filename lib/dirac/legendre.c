@@ -86,6 +86,7 @@ static bool solve_quadratic(struct legendre *out, const struct legendre_request 
     }
     for (int i = out->rank; i < n; i++)
         out->primary[out->primaries++] = weak_normal(w, m[i * width + n]);
+    assert(out->rank + out->primaries == n);
     /* H = p v - L = (p - g) v - v G v / 2 - k */
     expr_id h = expr_neg(st, l->k), half = expr_rational(st, 1, 2);
     for (int i = 0; i < n; i++) {

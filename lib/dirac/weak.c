@@ -91,6 +91,7 @@ bool weak_eliminate(const struct weak *w, expr_id *m, int rows, int columns, int
         for (int i = 0; i < rows; i++)
             if (i != rank && !expr_is_zero(w->st, m[(long)i * width + c]))
                 subtract(w, m + (long)i * width, pivot, m[(long)i * width + c], width);
+        assert(p >= rank && rank <= c);
         pivot_of[c] = rank++;
     }
     return true;

@@ -3,6 +3,7 @@
 
 #include "skeleton.h"
 
+#include <assert.h>
 #include <string.h>
 
 static const struct {
@@ -41,6 +42,7 @@ bool export_code(const struct export_source *s, enum export_language language, s
 {
     struct export_model m;
     size_t before = out->len;
+    assert(language < EXPORT_LANGUAGES);
     bool ok = export_model_read(&m, s, language, err) && languages[language].write(&m, out, err);
     if (!ok && out->data)
         out->data[out->len = before] = 0;

@@ -1,6 +1,7 @@
 /* The C of an FMU: formulas as the language c has them, data of the experiment, and the functions of FMI. */
 #include "fmu.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -49,6 +50,7 @@ static void find_indicators(struct fmu *f)
     for (int i = 0; i < s->outputs; i++)
         root[roots++] = f->m.output[i];
     expr_cone_init(&cone);
+    assert(roots == n);
     expr_cone_of(st, &cone, root, roots);
     for (int i = 0; i < cone.count; i++) {
         expr_id e = cone.list[i];

@@ -1,5 +1,6 @@
 /* modelDescription.xml, buildDescription.xml and a page about them. Elements stand in the order of the schema; value references as
  * fmu_instance.c.in counts them. */
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -70,6 +71,7 @@ static void put_variables(const struct fmu *f, struct sga_buf *out)
         variable(r++, "", s->output[i], "", "causality=\"output\" variability=\"continuous\" initial=\"calculated\"", out), end(out);
     for (int i = 0; i < f->indicators; i++)
         sga_buf_printf(out, "    <Float64 name=\"indicator(%d)\" valueReference=\"%d\" causality=\"local\" variability=\"continuous\" initial=\"calculated\"/>\n", i + 1, r++);
+    assert(r == 1 + 2 * n + s->gauges + f->m.free_parameters + s->outputs + f->indicators);     /* as put_structure counts them */
 }
 
 static void put_unknowns(const char *element, int first, int count, struct sga_buf *out)

@@ -3,6 +3,7 @@
 #include "lines.h"
 #include "skeleton.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 

@@ -36,6 +36,7 @@ static bool function(struct export_model *m, int k, struct sga_buf *out, struct 
     const struct export_source *s = m->source;
     const struct shape *f = &functions[k];
     const int rows[] = { s->constraints, s->constraints, s->gauges, s->variables };
+    _Static_assert(sizeof rows / sizeof *rows == sizeof functions / sizeof *functions, "rows of each function");
     sga_buf_printf(out, "\"%s\"\nfunction %s\n    %s = zeros(_type(t, %s), %d", f->meaning, f->signature, f->array, f->lists, rows[k]);
     if (f->grid)
         sga_buf_printf(out, ", %d", s->variables);

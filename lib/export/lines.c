@@ -6,6 +6,7 @@
 #include "number.h"
 #include "operators.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -26,7 +27,9 @@ struct writer {
 
 static const struct piece *child(const struct writer *w, expr_id e, int k)
 {
-    return &w->piece[w->cone.place[expr_child(&w->m->store, e, k)]];
+    const struct piece *p = &w->piece[w->cone.place[expr_child(&w->m->store, e, k)]];
+    assert(p->text);                 /* children come first */
+    return p;
 }
 
 static void put_argument(const struct writer *w, struct sga_buf *b, const struct piece *p, int least)
@@ -151,6 +154,7 @@ static void put_place(struct writer *w, const struct export_place *p, const char
     const struct export_dialect *d = w->dialect;
     char left[80];
     int columns = d->grid ? 0 : w->m->source->variables;      /* without a grid by rows */
+    assert(p->row >= 0 && p->column < w->m->source->variables);
     if (!d->list)
         sga_buf_printf(w->out, d->assigned, p->array, value);
     else if (p->column >= 0 && d->grid) {

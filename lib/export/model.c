@@ -7,6 +7,7 @@
 #include "math_name.h"
 #include "parse.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -39,6 +40,7 @@ static bool name_it(struct export_model *m, const char *name, enum expr_symbol_k
     int symbols = m->store.symbols;
     if (!expr_symbol_add(&m->store, name, kind) || m->store.symbols != symbols + 1)
         return sga_fail(err, SGA_E_NO_CODE, "The name %.80s stands for two things in the answer.", name);
+    assert(symbols < 1 + m->source->variables + m->source->parameters + m->source->definitions);
     m->symbol[symbols] = text;
     return true;
 }
@@ -132,6 +134,7 @@ static bool read_texts(struct export_model *m, struct sga_error *err)
 {
     const struct export_source *s = m->source;
     int symbols = m->store.symbols, first = symbols - s->definitions;
+    assert(first == 1 + s->variables + s->parameters);
     expr_id *alias = sga_zeros(&m->memory, (size_t)symbols, sizeof *alias);
     struct expr_grammar g = { .derivative = primed, .ctx = &m->store, .value = alias, .values = symbols };
     const char **constraint = sga_take(&m->memory, (size_t)s->constraints * sizeof *constraint);
@@ -159,6 +162,7 @@ static void differentiate(struct export_model *m)
     for (int r = 0; r < rows; r++) {
         int terms = expr_gradient(&m->store, &cone, m->constraint[r], active, &term, &cap);
         for (int k = 0; k < terms; k++) {
+            assert(term[k].symbol >= 1 && term[k].symbol <= n);
             SGA_RESERVE_IN(&m->memory, m->entry, room, (size_t)m->entries + 1);
             m->entry[m->entries++] = (struct export_entry){ r, term[k].symbol - 1, term[k].value };
         }

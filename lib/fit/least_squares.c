@@ -80,6 +80,7 @@ static int decompose(struct walk *w)
     while (rank < q->p && w->s[rank] > fmax(TIMES * q->unsure, LEAST) * w->s[0] && w->s[rank] > 0)
         rank++;
     double part = 0;
+    assert(rank == q->p || !(w->s[rank] > w->s[0]));
     for (int k = 0; k < q->p; k++) {
         w->along[k] = 0;
         for (int i = 0; i < q->m; i++)
@@ -129,6 +130,7 @@ static void take(struct walk *w, double sum)
     memcpy(w->r->J, w->J, m * p * sizeof *w->J);
     for (size_t j = 0; j < p; j++)
         w->r->size[j] = fmax(w->r->size[j], fabs(w->x[j]));
+    assert(!(sum > w->r->sum * (1 + 1e-12)));
     w->r->sum = sum;
     w->r->steps++;
 }

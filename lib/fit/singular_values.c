@@ -1,4 +1,5 @@
 /* Singular values by rotations of columns. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -81,5 +82,6 @@ void fit_singular_values(double *A, int m, int p, double *s, double *V)
                 most = b;
         if (most != a)
             exchange(A, m, p, s, V, a, most);
+        assert(a == 0 || !(s[a - 1] < s[a]));
     }
 }

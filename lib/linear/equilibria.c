@@ -1,6 +1,7 @@
 /* Zeros of constraints and rates, from starts near a guess and far from it. */
 #include "equilibria.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -132,6 +133,7 @@ static void set_functions(struct search *s, const expr_id *rate, int rates, cons
         s->on.constraint[s->on.space.constraints++] = rate[k];
     for (int k = 0; k < s->q->helds && rate; k++)
         s->on.constraint[s->on.space.constraints++] = s->q->held[k];
+    assert(s->on.space.constraints <= s->q->rq->sol->constraints + s->q->rates + s->q->helds);
     s->on.space.near = near;
 }
 
@@ -282,6 +284,7 @@ static void deflate(struct search *s)
         s->deflated = sga_take(&s->mem, ((size_t)s->q->rates + 1) * sizeof *s->deflated);
         memcpy(s->deflated, s->q->rate, (size_t)s->q->rates * sizeof *s->deflated);
     }
+    assert(s->deflations <= s->zero.count);
     for (; s->deflations < s->zero.count; s->deflations++) {
         expr_id factor = repulsion(s->q->rq->sys, s->zero.x[s->deflations]);
         for (int k = 0; k < s->q->rates; k++)
@@ -314,6 +317,7 @@ static bool run(struct search *s, struct sga_error *err)
     for (int i = 0; i < s->irregular.count && sga_budget_ok(budget, err); i++)
         if (!rounded(s, s->irregular.x[i], &random))
             settle(s, s->irregular.x[i], &random);
+    assert(e->reached + e->beside <= e->tried && e->outside <= e->reached);
     e->irregular = s->left.x;
     e->irregulars = s->left.count;
     return sga_budget_ok(budget, err);

@@ -45,6 +45,7 @@ static bool tangent(struct work *w, const struct linear_matrix *J, struct linear
         free[k] = w->c.state[k];
     for (int k = 0; k < rq->inputs; k++)
         free[states + k] = rq->input[k].variable >= 0 ? rq->input[k].variable : signals++;
+    assert(signals <= w->g.cols && states + follows <= rq->sys->variables);
     struct linear_matrix Jy, Jr, y;
     linear_matrix_columns(&Jy, J, w->c.follow, follows);
     linear_matrix_columns(&Jr, J, free, d);
@@ -72,6 +73,7 @@ static void split(const struct work *w, const struct linear_matrix *m, struct li
     int states = w->c.states, inputs = w->rq->inputs;
     SGA_ARENA(mem);
     int *col = sga_take(&mem, ((size_t)(states + inputs) + 1) * sizeof *col);
+    assert(linear_cols(m) == states + inputs);
     for (int k = 0; k < states + inputs; k++)
         col[k] = k;
     linear_matrix_clear(left);

@@ -111,6 +111,7 @@ static void take_discs(struct spectrum_of *s, acb_ptr e, int n)
 {
     s->value = sga_zeros(&s->mem, (size_t)n + 1, sizeof *s->value);
     s->total = n;
+    int left = n;
     SGA_ARENA(mem);
     unsigned char *gone = sga_zeros(&mem, (size_t)n + 1, 1);
     for (int i = 0; i < n; i++) {
@@ -128,7 +129,9 @@ static void take_discs(struct spectrum_of *s, acb_ptr e, int n)
             .re = number(s, acb_realref(e + i)), .im = number(s, acb_imagref(e + i)), .multiplicity = together,
             .block = together == 1, .side = side_of_ball(acb_realref(e + i)),
             .size = hypot(arf_get_d(arb_midref(acb_realref(e + i)), ARF_RND_NEAR), arf_get_d(arb_midref(acb_imagref(e + i)), ARF_RND_NEAR)) };
+        left -= together;
     }
+    assert(left == 0);
 }
 
 static bool enclose(acb_ptr e, const struct linear_matrix *A)

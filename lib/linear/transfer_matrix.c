@@ -74,8 +74,10 @@ static bool find_pivots(struct solved *s)
 {
     int col = 0;
     for (int r = 0; r < s->rank; r++) {
-        while (fmpz_poly_is_zero(fmpz_poly_mat_entry(s->R, r, col)))
+        while (fmpz_poly_is_zero(fmpz_poly_mat_entry(s->R, r, col))) {
             col++;
+            assert(col < fmpz_poly_mat_ncols(s->R));
+        }
         if (col >= s->n)
             return false;
         s->pivot[r] = col++;
@@ -184,6 +186,7 @@ enum transfer_status transfer_matrix_find(struct transfer_matrix *t, const struc
     system_matrix(M, e);
     fmpz_poly_one(den);
     s.rank = rows ? (int)fmpz_poly_mat_rref(R, den, M) : 0;
+    assert(s.rank <= rows && s.rank <= s.n + inputs);
     *s.R = *R;                     /* borrowed */
     *s.den = *den;
     enum transfer_status status = !find_pivots(&s) ? TRANSFER_INPUTS_BOUND : !entries(t, &s, e) ? TRANSFER_OUTPUT_FREE : TRANSFER_OK;

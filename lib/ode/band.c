@@ -5,6 +5,7 @@
  * arguments a are looked at after each step: where they changed their side, or came nearer to 0 at first and went away at last (the
  * step's polynomial says how near), and were inside the band |a| < BAND and much nearer to 0 than at both ends, the step is
  * taken again, to end there. What follows is seen by the error control. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -209,6 +210,7 @@ enum ode_refusal ode_bands_step(struct ode_march *m)
     double place = ode_band_place(&w);
     if (place > 1)
         return STEP_TAKEN;
+    assert(place > 0);       /* else the step would be tried again as it is */
     b->cut = place * fabs(m->step.h);
     return STEP_CUT;
 }

@@ -1,6 +1,7 @@
 /* Step-size control; see the header. */
 #include "control.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -27,6 +28,7 @@ static double bounded(struct ode_control *c, double factor, double now, double s
     factor = factor < SHRINK_MOST ? SHRINK_MOST : factor > GROW_MOST ? GROW_MOST : factor;
     if (c->refused_before && factor > 1)
         factor = 1;
+    assert(factor > 0);      /* is a number: any other would be tried for ever */
     c->log_before = now > LEAST_LOG ? now : LEAST_LOG;
     c->step_before = step;
     c->refused_before = false;
@@ -71,6 +73,7 @@ double ode_control_quick(struct ode_control *c, double log_error, double step)
 
 double ode_control_refused(struct ode_control *c, double error)
 {
+    assert(!(error <= 1));       /* else why was it refused */
     c->refused_before = true;
     double factor = SAFETY * pow(error, -1.0 / c->error_order);
     return factor > SHRINK_MOST ? fmin(factor, SAFETY) : SHRINK_MOST;

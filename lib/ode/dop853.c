@@ -5,6 +5,7 @@
  * of order 7 over the step, asked for only where samples fall inside. Hairer, Norsett,
  * Wanner, Solving Ordinary Differential Equations I, II.5, II.6 and (stiffness) the
  * companion volume IV.2. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,6 +44,7 @@ static void *dop853_alloc(const struct ode_problem *p)
     d->n = p->n;
     d->even = rk_even(p->n);
     d->stride = rk_stride(d->even);
+    assert(d->stride % 2 == 0 && d->stride >= d->even);       /* pairs, of which none reaches into the next vector */
     d->ratio = 0;
     d->k = sga_calloc(VECTORS * d->stride + 1, sizeof *d->k);
     d->x = d->k + DOP853_ALL * d->stride;

@@ -1,4 +1,5 @@
 /* The march from the start to the last time: attempt, accept, settle, sample, move on. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -76,6 +77,7 @@ double ode_goal(const struct ode_march *m)
 static void enter(struct ode_march *m)
 {
     double goal = ode_goal(m);
+    assert((goal - m->t) * m->direction >= 0);       /* breaks are given in the order of the motion */
     m->piece = m->p->break_count ? fabs(goal - m->t) : INFINITY;
     if (m->choice.series_state)
         ode_taylor.forget(m->choice.series_state);       /* another piece has another series */
@@ -109,6 +111,7 @@ static bool pass_break(struct ode_march *m)
     if (m->next_break == m->p->break_count || m->t != m->p->breaks[m->next_break])
         return true;
     m->next_break++;
+    assert(ode_march_sane(m));
     enter(m);
     if (!land(m)) {
         ode_end_at(m, ODE_CONSTRAINT_LOST, "the constraints jump here with a table, and what no equation differentiates cannot follow");
@@ -295,6 +298,7 @@ static void swap(double **a, double **b)
 static void commit(struct ode_march *m, double h, int through)
 {
     struct ode_stats *s = &m->res->stats;
+    assert(m->step.h * m->direction > 0);       /* it may be shorter than asked for, and does not turn round */
     s->steps++;
     s->smallest_step = s->smallest_step > 0 ? sga_smaller(s->smallest_step, h) : h;
     s->largest_step = sga_larger(s->largest_step, h);
@@ -328,6 +332,7 @@ static bool out_of_reach(struct ode_march *m)
 {
     double progress = fabs(m->t - m->look_t);
     double needed = fabs(m->stop - m->t) / fmax(progress, 1e-300) * LOOK_EVERY;
+    assert(ode_march_sane(m));
     bool slow = needed > BEYOND_HOPE * (double)m->o->max_steps &&
                 progress <= 1.2 * m->look_progress;
     m->hopeless = slow ? m->hopeless + 1 : 0;
@@ -396,6 +401,7 @@ static double after_refusal(struct ode_march *m, enum ode_refusal cause)
     m->res->stats.refused++;
     m->control.refused_before = true;
     m->manifold_refused += cause == MANIFOLD_REFUSED;
+    assert(cause != NOT_SOLVED || (m->step.retry > 0 && m->step.retry < 1));       /* the next try is shorter */
     if (cause == MANIFOLD_REFUSED && m->manifold_why == ODE_CONSTRAINT_LOST)
         ode_settle_refused(m);
     if (m->p->refused)
@@ -506,6 +512,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     ode_bands_begin(&m);
     ode_choice_begin(&m);
     go(&m);
+    assert(ode_march_sane(&m));
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT)
         within_budget(&m);     /* what failed may have been stopped (watch.h) */
     if (run->p->enter)
@@ -513,6 +520,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     ode_kinks_end(&m);
     ode_bands_end(&m);
     res->count = m.next;
+    assert(res->end.reason != ODE_NONE || res->count == start->count);       /* no end without a reason */
     ode_choice_end(&m);
     ode_watch_end(&m);
     free(m.memory);

@@ -2,6 +2,7 @@
  *
  * A march that cannot go on shrinks its steps until they are at the rounding of t: that
  * is the bisection of the time of the ending. What remains is to say which kind it is. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -46,6 +47,7 @@ double ode_largest(const struct ode_march *m, const double *v, int *which)
 void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail)
 {
     struct ode_end *end = &m->res->end;
+    assert(reason > ODE_NONE && reason < ODE_REASON_COUNT);      /* else it would pass for the last time */
     end->reason = reason;
     end->t = m->t;
     end->variable = -1;

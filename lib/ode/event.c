@@ -4,6 +4,7 @@
  * of sign is located to the rounding of time. Between
  * three values of one sign with the least in the middle, the minimum is searched: deeper
  * than the error allowed makes beyond 0 it is two passages, within it a touch. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -112,6 +113,7 @@ static void add(struct ode_march *m, int e, double theta, int crossing)
         w->room = 2 * w->room + 16;
         w->place = sga_realloc(w->place, (size_t)w->room * sizeof *w->place);
     }
+    assert(theta >= 0 && theta <= 1 && e < w->count);
     w->place[w->places++] = (struct place){ theta, e, sense };
 }
 
@@ -286,6 +288,7 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
 
 void ode_end_event(struct ode_march *m)
 {
+    assert(m->res->happened > 0);        /* the one that stopped it */
     const struct ode_happening *h = m->res->happening + m->res->happened - 1, *last = h;
     while (m->p->event_side && h > m->res->happening && !m->p->event_spec[h->event].stop && fabs(h[-1].t - last->t) <= SAME_TIME * fabs(last->t))
         h--;                   /* what happened at once with it */

@@ -4,6 +4,7 @@
  * Each function is interpolated in Chebyshev points; the step is halved where the coefficients do not fall to rounding. Zeros
  * of the derivative are isolated by bounds: |c_0| above the sum of the others leaves no zero, the same of the second
  * derivative one at the most (Boyd, Solving Transcendental Equations, SIAM 2014, chapters 2 and 3). */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -118,6 +119,7 @@ static void isolate(struct ode_table *w, const struct piece *first, int e, doubl
     stack[0].p = *first;
     stack[0].depth = 0;
     while (count > 0) {
+        assert(count <= SPLITS + 1);       /* one half waits at each depth */
         struct piece p = stack[--count].p;
         int depth = stack[count].depth;
         double d[N + 1], others = rest(p.c);
@@ -216,6 +218,7 @@ void ode_table_turns(struct ode_march *m, struct ode_table *w)
         while (!look(m, w, a, a + width, width <= ldexp(1, -HALVINGS)))
             width *= 0.5;
         a += width;
+        assert(a <= 1);
         while (width < 1 && fmod(a, 2 * width) == 0)       /* as wide again as the halves before were */
             width *= 2;
     }

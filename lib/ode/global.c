@@ -4,6 +4,7 @@
  * one. Errors follow tolerances only roughly (over a few steps they scatter by several
  * times), hence the factors below; a test holds them against closed forms and against
  * references of 20 digits and more. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -58,6 +59,7 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
 {
     const struct ode_run *run = q->run;
     size_t at = (size_t)k * (size_t)r->n;
+    assert(k < other->count || other->happened > 0);
     double most = 0, t = run->start->times[k];
     outputs(q, t, r->samples + at, q->a);
     if (k < other->count)
@@ -203,6 +205,7 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
 {
     struct ode_result tight;
     double before = res->worst;
+    assert(ratio >= 0.5 * LOOSER);       /* solutions nearer to each other say nothing of their errors */
     next->o.rtol /= ratio;
     next->o.atol /= ratio;
     next->level++;

@@ -13,6 +13,7 @@
  * A switch that rests on its surface (g is 0 to rounding, and no side is the one that the motion takes, or to the
  * tolerance all along a step) is not held: it has the value that its argument says. Where a field held on one side has no values beyond (sqrt(abs(x))), steps are
  * made with nothing held, and the error control is all there is. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -86,6 +87,7 @@ bool ode_kinks_pass(struct ode_march *m, double h)
     k->cut = 0;
     k->target = -1;
     k->tries = 0;
+    assert(ode_kinks_sane(k));
     bool bound = h <= k->short_h || h >= 0.9 * GROWTH * k->short_h;
     k->short_h = k->short_h > 0 && bound ? h : 0;
     if (k->limit > 0 && (m->t - k->limit_t) * m->direction > k->limit)

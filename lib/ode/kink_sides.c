@@ -1,4 +1,5 @@
 /* Switches at a point: on which side of its surface each is held, and how it is turned there. See kink.c. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -324,8 +325,9 @@ static bool turn_pending(struct ode_march *m)
     k->turned_t = m->t;
     if (k->turned > 2 * k->count + 2)
         return end_sliding(m);
-    while (!k->pending[first])
+    while (first < k->count && !k->pending[first])
         first++;
+    assert(first < k->count);       /* who asks for a turn says of what */
     join(m);
     for (int e = 0; e < k->count; e++)
         all += k->pending[e];

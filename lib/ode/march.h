@@ -45,6 +45,8 @@ struct ode_grain {
     double allowed;
 };
 
+struct ode_table;
+
 struct ode_march {
     const struct ode_problem *p;
     const struct ode_start *start;
@@ -126,6 +128,11 @@ void ode_prepare_step(struct ode_march *m, double h);
 
 /* driver.c: where the present step has to end at the latest. */
 double ode_goal(const struct ode_march *m);
+/* sane.c: invariants between steps (constant cost); of a table's nodes, of the sides, of a result for these times (linear cost). */
+bool ode_march_sane(const struct ode_march *m);
+bool ode_table_sane(const struct ode_table *w);
+bool ode_kinks_sane(const struct ode_kinks *k);
+bool ode_result_sane(const struct ode_start *start, const struct ode_result *r);
 
 /* settle.c: after a step that was refused because its end was moved too far. */
 void ode_settle_refused(struct ode_march *m);

@@ -2,6 +2,7 @@
  * Appl. 13 (1974) 117). */
 #include "partials.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -41,6 +42,7 @@ static void by_columns(struct ode_partials *d)
         d->at[j + 1] += d->at[j];
     for (int k = 0; k < a->ptr[n]; k++)
         d->entry[d->at[a->col[k] + 1]++] = k;
+    assert(d->at[n] == a->ptr[n]);       /* each entry is in one column */
 }
 
 static bool has_full_row(const struct lin_sparse *a)
@@ -81,6 +83,7 @@ static void colour(struct ode_partials *d)
         d->group[j] = g;
         d->groups = g == d->groups ? g + 1 : d->groups;
     }
+    assert(d->groups <= n && (d->groups > 0 || n == 0));
     free(used);
     free(row);
 }

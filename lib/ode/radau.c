@@ -13,6 +13,7 @@
  * Radau methods, J. Comput. Appl. Math. 111 (1999) 93. */
 #include "radau.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -98,6 +99,7 @@ static double filtered(struct radau *r, struct ode_field *field, const struct od
 {
     const struct radau_table *tab = r->tab;
     const struct ode_implicit *eq = field->p->implicit;
+    assert(r->factored_h == step->h && r->factored_tab == tab);       /* the matrix is this step's */
     if (!eq && !f && !ode_eval(field, t, x, r->pair))
         return INFINITY;
     f = f ? f : r->pair;
@@ -194,6 +196,7 @@ static bool choose_order(struct radau *r, double factor)
         next = now + 1;
     next = next < 0 ? 0 : next >= RADAU_TABLES ? RADAU_TABLES - 1 : next;
     r->trouble = false;
+    assert(now >= 0 && now < RADAU_TABLES);
     r->tab = radau_tables + next;
     if (next != now)
         r->since_change = 0;

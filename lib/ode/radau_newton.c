@@ -6,6 +6,7 @@
  *
  * Where the problem gives its equations r(t, X, V) = 0, V is (hA)^-1 z at the stages, and with M = -dr/dV the same
  * falls apart into gamma/h M - J and its complex likes. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -132,6 +133,7 @@ static double correction(struct radau *r, const struct ode_step *step)
 {
     const struct radau_table *t = r->tab;
     size_t n = (size_t)r->n;
+    assert(r->factored_h == step->h && r->factored_tab == t);
     double h = r->mass ? INFINITY : step->h;       /* what the equations miss has V in it */
     transform(t->TI, t->s, r->n, r->f, r->r, false);
     for (size_t j = 0; j < n; j++)
@@ -281,6 +283,7 @@ enum radau_outcome radau_stages(struct radau *r, struct ode_field *field, struct
         begin_values(r, step, !fresh_start);
         r->theta = 0;
         last = iterate(r, field, step);
+        assert(last != RADAU_SOLVED || (r->theta >= 0 && r->theta < 1));      /* it contracts */
         if (last == RADAU_SOLVED)
             return last;
         if (last == RADAU_DIVERGED && turn == 0 && r->jac_fresh)

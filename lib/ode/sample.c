@@ -1,5 +1,6 @@
 /* Samples: dense output inside a step, each sample projected onto the manifold of its
  * own time, so that samples satisfy the constraints as well as the steps' ends do. */
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -19,6 +20,7 @@ static double beyond(const struct ode_march *m, double t)
 static bool inner_sample(struct ode_march *m, double t, double *row)
 {
     double residual, theta = ((t - m->t) - m->t_low) / m->step.h;
+    assert(theta >= 0);        /* a sample that was passed is delivered; beyond 1 by roundings of time only */
     m->method->dense_at(m->state, &m->step, fmin(1, fmax(0, theta)), row);
     if (!ode_settle(m, t, row, SAMPLE_MOST, &residual))
         return false;

@@ -1,4 +1,5 @@
 /* Keeping points on the manifold. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 
@@ -65,6 +66,7 @@ bool ode_settle(struct ode_march *m, double t, double *x, double most, double *r
         m->manifold_why = p->why ? p->why(p->ctx) : ODE_CONSTRAINT_LOST;
         return false;
     }
+    assert(moved >= 0 && *residual >= 0);
     m->manifold_why = ODE_CONSTRAINT_LOST;
     m->moved = moved;
     return moved <= most || moved <= most + 100 * rounding(m, x);

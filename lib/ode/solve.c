@@ -1,4 +1,5 @@
 /* ode_solve: checks of the request, and its result's release. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -62,6 +63,7 @@ bool ode_solve(const struct ode_problem *p, const struct ode_start *start,
     else
         ode_march(&run, res);
     free(ones);
+    assert(ode_result_sane(start, res));
     return true;
 }
 

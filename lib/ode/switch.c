@@ -8,6 +8,7 @@
  * Fine tolerances hand
  * explicit steps on to Taylor series, and take them back where there are none. The way back: where the largest eigenvalue of the last Jacobian would allow explicit
  * steps that cost less. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,6 +64,7 @@ void ode_choice_end(struct ode_march *m)
         c->explicit->free(c->explicit_state);
     if (c->series_state)
         ode_taylor.free(c->series_state);
+    assert(s->steps >= s->implicit_steps + c->series_steps);
     int which = (s->steps > s->implicit_steps + c->series_steps) + 2 * (c->series_steps > 0) + 4 * (s->implicit_steps > 0);
     static const char *const name[] = { NULL, NULL, "taylor", "dop853, taylor", "radau", NULL, "taylor, radau",
                                         "dop853, taylor, radau" };

@@ -3,6 +3,7 @@
  * Nodes are doubled until cubic interpolation predicts the values between them, so that several
  * zeros in one step are told apart, also of functions that vary faster than the solution. A change
  * of sign is located by regula falsi with halving (Illinois). */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -135,6 +136,7 @@ void ode_table_fill(struct ode_march *m, struct ode_table *w)
 static void insert(struct ode_march *m, struct ode_table *w, int at, double theta)
 {
     size_t count = (size_t)w->count, behind = (size_t)(w->nodes - at);
+    assert(at > 0 && w->theta[at - 1] < theta && theta < w->theta[at]);
     if (w->nodes == w->room) {
         w->room *= 2;
         w->theta = sga_realloc(w->theta, (size_t)w->room * sizeof *w->theta);
@@ -158,11 +160,13 @@ void ode_table_monotone(struct ode_march *m, struct ode_table *w)
         if (theta - w->theta[at - 1] > SAME && w->theta[at] - theta > SAME && w->theta[at - 1] > 0 && w->theta[at] < 1)
             insert(m, w, at, theta);
     }
+    assert(ode_table_sane(w));
 }
 
 double ode_table_root(struct ode_march *m, struct ode_table *w, int e, double a, double ga, double b, double gb)
 {
     double least = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h);
+    assert(0 <= a && a <= b && b <= 1 && !(ga * gb > 0));
     for (int k = 0; k < 200 && b - a > fmax(least, DBL_EPSILON); k++) {
         double s = a + (b - a) * (ga / (ga - gb));
         if (!(s > a && s < b) || k % 4 == 3)

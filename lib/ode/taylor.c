@@ -10,6 +10,7 @@
  *
  * Last terms can vanish where the solution does not end (x' = t^30 at 0), so each step also
  * compares the polynomial's derivative at its end with the field there. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -282,6 +283,7 @@ static enum ode_outcome taylor_attempt(void *state, struct ode_field *field, str
         s = far;
         step->h = s * w->scale;
     }
+    assert(s > 0 && s <= 1 + BEYOND);       /* where the series was asked for */
     evaluate(w, s, step->dx, w->slope);
     if (!defect(w, field, step, &miss))
         return ODE_FIELD_REFUSED;

@@ -1,4 +1,5 @@
 /* The member `fit`: what is to be found, and from which data. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -299,6 +300,7 @@ static bool read_own_initial(struct reader *rd, const json_t *v, struct request_
         if (!taken[t->initial[i].variable])
             e->initial[e->initials++] = t->initial[i];
     qsort(e->initial, (size_t)e->initials, sizeof *e->initial, by_variable);
+    assert(e->initials <= rd->r->system.variables);
     at_back(rd, mark);
     return true;
 }

@@ -1,6 +1,7 @@
 /* Charts of a motion: see charts.h. */
 #include "charts.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,6 +76,7 @@ static void go_over(struct flow *f, int to)
     take_out(f, q->chart + q->at);
     put_in(f, q->chart + to);
     q->at = to;
+    assert(to >= 0 && to < q->count && f->field.manifold == &f->manifold);
     if (f->field.switches.count)
         flow_hold(f, q->side);
 }
@@ -181,6 +183,7 @@ bool charts_choose(struct flow *f, double t, double *x)
     if (best < 0 || !same_there(f, best, t, x))
         return false;
     SGA_RESERVE(q->change, q->change_cap, q->changes + 1);
+    assert(!q->changes || fabs(t - q->start) >= fabs(q->change[q->changes - 1].t - q->start));      /* in the order of the motion */
     q->change[q->changes++] = (struct charts_change){ t, pivot, q->at };
     go_over(f, best);
     q->looked = 0;
@@ -251,6 +254,7 @@ bool charts_slope(struct flow *f, double t, const double *x, double *value)
     bool ok = field_slope(&f->field, t, x, mine);
     for (int k = 0; k < q->at; k++)
         at += q->chart[k].field.pattern->ptr[f->n];
+    assert(own <= q->pattern->ptr[f->n]);       /* which is the union of all */
     memset(value, 0, (size_t)q->pattern->ptr[f->n] * sizeof *value);
     for (int e = 0; e < own && ok; e++)
         value[q->place[at + e]] = mine[e];

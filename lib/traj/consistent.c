@@ -1,6 +1,7 @@
 /* Consistent initial values: the point of the final set nearest to the guess, tier by tier. */
 #include "consistent.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -86,6 +87,15 @@ static bool refuse(const struct sys_system *sys, const struct sga_solution *sol,
     return false;
 }
 
+/* What was held is what it was, to the last digit. */
+static bool held_stay(const struct traj_request *rq, int n, const double *x)
+{
+    bool stay = true;
+    for (int j = 0; j < n && rq->held && stay; j++)
+        stay = !rq->held[j] || x[j] == rq->initial[j];
+    return stay;
+}
+
 bool consistent_start(struct manifold *m, const struct sys_system *sys, const struct sga_solution *sol,
                       const struct sizes *sizes, const struct traj_request *rq, const double *elsewhere, double *x, double *moved, struct sga_error *err)
 {
@@ -116,5 +126,6 @@ bool consistent_start(struct manifold *m, const struct sys_system *sys, const st
             refuse(sys, sol, rq, worst, residual, any_held, err);
     }
     free(scale);
+    assert(!ok || (*moved >= 0 && held_stay(rq, n, x)));
     return sga_budget_ok(rq->budget, err) && ok;      /* past a limit the search was not finished, whatever it found */
 }

@@ -1,6 +1,7 @@
 /* Coordinates by elimination of the differentials, class by class: see coordinates.h. */
 #include "coordinates.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,6 +92,7 @@ bool coordinates_solved(struct manifold *m, const struct sys_system *sys, const 
         for (int class = 0; class < CLASSES; class++)
             for (int j; left > 0 && (j = steepest(&a, class, pass ? NONE : SLIGHT)) >= 0; left--)
                 take(&a, j);
+    assert(left >= 0);       /* no more are solved for than there are constraints */
     free(a.column);
     free(a.class);
     free(a.by_name);

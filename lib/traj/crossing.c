@@ -1,6 +1,7 @@
 /* A step of collocation over a place where the constraints' gradients become dependent. */
 #include "crossing.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -63,6 +64,10 @@ static void scheme_make(struct scheme *s, int count)
             for (int j = 0; j < count; j++)
                 s->a[i][j] += weight * lagrange(s, j, at);
         }
+    double all = 0;
+    for (int i = 0; i < count; i++)
+        all += s->b[i];
+    assert(fabs(all - 1) < 1e-14);       /* of the whole step */
     gsl_integration_glfixed_table_free(g);
 }
 
@@ -387,6 +392,7 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
         found = ok && try_step(&w, &fine, &coarse, c);
     }
     traj_result_clear(&past.r);
+    assert(!found || ((c->at - c->from) * (c->to - c->at) > 0 && c->error >= 0));       /* the place lies inside the step */
     if (!found) {
         flow_clear(w.f);
         free(w.f);
@@ -398,6 +404,7 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
 
 void crossing_at(const struct crossing *c, double t, double *x, double *y)
 {
+    assert(fabs(t - c->from) <= 1.001 * fabs(c->to - c->from) && fabs(t - c->to) <= 1.001 * fabs(c->to - c->from));      /* inside, but for roundings */
     through(c->n, c->count, c->t, c->x, t, x);
     if (fabs(t - c->at) > MIDDLE * fabs(c->to - c->at)) {
         double *z = memcpy(sga_malloc((size_t)(c->n + 1) * sizeof *z), x, (size_t)c->n * sizeof *z);

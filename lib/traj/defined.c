@@ -1,6 +1,7 @@
 /* Motions of what is left of a system where equations define variables. */
 #include "defined.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,6 +57,7 @@ static void put_in_system(struct defined *d, const struct sga_solution *sol)
     for (int i = 0; i < sys->rows; i++)
         if (!gone[i])
             row[rows++] = i;
+    assert(variables + sol->definitions == sys->variables && rows + sol->definitions == sys->rows);      /* each has a variable and a row of its own */
     struct definitions all = { .at = at, .count = sol->definitions, .variable = d->variable, .row = row };
     definitions_put_in(&all, sys, &d->system);
     free(at);
@@ -71,6 +73,7 @@ static void put_in_solution(struct defined *d, const struct sga_solution *from)
     *to = *from;
     to->definition = NULL;
     to->definitions = 0;
+    assert(from->constraints >= k);
     to->constraints = from->constraints - k;
     to->constraint = sga_malloc(((size_t)to->constraints + 1) * sizeof *to->constraint);
     for (int i = 0; i < to->constraints; i++) {
@@ -91,8 +94,10 @@ static void put_in_solution(struct defined *d, const struct sga_solution *from)
         to->pivot[to->pivots++] = p;
     }
     to->free_column = sga_malloc(((size_t)from->free_columns + 1) * sizeof *to->free_column);
-    for (int i = 0; i < from->free_columns; i++)
+    for (int i = 0; i < from->free_columns; i++) {
         to->free_column[i] = d->place[from->free_column[i]];
+        assert(to->free_column[i] >= 0);       /* what is defined is not free */
+    }
     to->gauge = from->gauge ? sga_malloc(((size_t)from->free_columns * (size_t)left + 1) * sizeof *to->gauge) : NULL;
     for (int i = 0; i < from->free_columns && to->gauge; i++)
         for (int j = 0; j < left; j++)

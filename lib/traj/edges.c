@@ -1,6 +1,7 @@
 /* Starts at the ends of roots: candidates with arguments of roots at 0. */
 #include "edges.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -115,6 +116,7 @@ bool edges_start(struct defined *d, double moved)
     find(&e);
     e.x = sga_calloc(3 * n + 3, sizeof *e.x);
     e.best = e.x + n + 1;
+    assert(!(moved < 0));
     double before = d->moved, *known = memcpy(e.best + n + 1, d->initial, n * sizeof *known);
     d->moved = -1;
     for (size_t j = 0; j < n; j++)             /* distances are from the guess */

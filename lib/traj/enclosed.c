@@ -1,6 +1,7 @@
 /* From bits to tolerances: the ball trajectory is run with more bits until its radii are as small as asked. */
 #include "enclosed.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -306,6 +307,7 @@ static void say_end(const struct attempt *a, struct traj_result *r)
 static void numbers(const struct attempt *a, struct traj_result *r)
 {
     size_t total = (size_t)a->end.samples * (size_t)a->columns;
+    assert(a->end.samples >= 0 && a->end.samples <= a->rq->samples && (a->end.why != ENCLOSE_DONE || a->end.samples == a->rq->samples));
     r->rows = a->end.samples;
     r->columns = a->columns;
     r->t = sga_malloc((size_t)(r->rows + 1) * sizeof *r->t);
@@ -445,6 +447,7 @@ static bool attempts(struct attempt *a, const double *near, const struct attempt
         now->last = late;
         ok = ok && (now->end.why != ENCLOSE_STOPPED || keeps_rows(now) || stopped(now, err));
         next = ok && now->end.why != ENCLOSE_STOPPED ? more_bits(now) : 0;
+        assert(next == 0 || next > now->prec);       /* so that it ends */
     }
     return ok;
 }

@@ -4,6 +4,7 @@
  * g the values given, s the units of consistent.c, held values left out. */
 #include "enclosed.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -82,6 +83,10 @@ bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *p, co
             arb_set_d(u + j, near[j]);
     }
     int count = conditions(st, sol, rq, sizes, symbol, n, function);
+    int unknowns = 0;
+    for (int j = 0; j < n + c; j++)
+        unknowns += solved[j];
+    assert(count == unknowns);       /* interval Newton is for as many conditions */
     struct enclose_problem q = { .st = st, .variable = symbol, .n = n + c, .time = p->time, .tables = p->tables, .budget = p->budget };
     struct sga_error ignored = { 0 };
     bool ok = expr_store_ok(st) && enclose_zero(&q, function, count, t0, solved, prec, u, &ignored);

@@ -2,6 +2,7 @@
  * field_watch.c's. */
 #include "field.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -100,12 +101,19 @@ static void find_switches(struct field *f, const struct traj_request *rq, const 
     free(root);
 }
 
+bool field_sane(const struct field *f)
+{
+    bool lists = 0 <= f->sides && f->sides <= f->deep && f->deep <= f->chosen && f->chosen <= f->pivots && f->poles >= 0;
+    bool lost = f->lost_pivot >= -1 && f->lost_pivot < f->pivots && f->lost_pole >= -1 && f->lost_pole < f->poles && f->fell >= -1 && f->fell < f->chosen;
+    return lists && lost && f->beyond >= -1 && f->beyond < f->sides && f->generic_rank >= 0 && f->generic_rank <= f->n && f->rank <= f->n;
+}
+
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .guess = rq->initial, .given = rq->given, .sys = sys, .rank = -1,
-                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .generic_rank = n - sol->free_columns };
+                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .beyond = -1, .generic_rank = n - sol->free_columns };
     gauge_choice_make(&f->choice, sys, sol, rq);
     f->fast = !f->choice.why;
     if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)
@@ -142,6 +150,7 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
         return false;
     f->jac_value = sga_malloc((size_t)(f->jac->nnz + 1) * sizeof(double));
     f->in = sga_malloc((size_t)(n + 1) * sizeof(double));
+    assert(field_sane(f) && num_tape_roots(f->direct) == n + f->pivots + f->poles);
     return true;
 }
 

@@ -99,6 +99,8 @@ static inline const struct num_switches *field_switches(const struct field *f) {
 /* As num_tape_hold, for all ways to the field. */
 void field_hold(struct field *f, const signed char *side);
 void field_clear(struct field *f);
+/* Invariants of what is watched, and of ranks. */
+bool field_sane(const struct field *f);
 /* field_begin.c. Fix the expected rank, and check that the rates agree with the motion. False: GAUGE or
  * NO_MOTION with err. */
 bool field_begin(struct field *f, double t, const double *x, struct sga_error *err);

@@ -1,6 +1,8 @@
 /* Pivots inside a step. A step of series or of an implicit method looks at few places, and where the motion is a smooth one it may be so long
  * that a pivot changes its sign twice inside of it: the rank dropped there, and nobody saw it. Here each pivot is looked at between the
  * ends, at more places where it bends so much that it may come to 0 between those that are known. */
+#include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -102,6 +104,7 @@ static bool bends(double p0, double p, double p1)
 static bool between(struct along *a, double s0, const double *p0, double s1, double *p1, int depth)
 {
     double s = s0 + INSIDE * (s1 - s0), *p = p1 + a->f->chosen;
+    assert(0 <= s0 && s0 < s && s < s1 && s1 <= 1);
     bool bent = false;
     if (!look(a, s, p))
         return false;
@@ -123,6 +126,7 @@ bool field_along(struct field *f, const struct ode_path *path)
     size_t n = (size_t)f->n, c = (size_t)f->chosen, watched = (size_t)(f->pivots + f->poles);
     if (!c)
         return true;
+    assert(fabs(path->t - f->home_t) <= 8 * DBL_EPSILON * fabs(path->t));       /* the pivots that are known are those of the begin of the step */
     bool longer = fabs(path->h) > LONGER * f->along_h;
     if (!longer && f->along_calm > 0) {
         f->along_calm--;

@@ -1,6 +1,7 @@
 /* The field where a motion starts: by which way it goes, the rank, and what contradicts. */
 #include "field.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -137,6 +138,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
                      "the start lies on a stratum where the rank drops; start elsewhere", bad + 1, worst);
     }
     free(v);
+    assert(field_sane(f));
     if (!ok && !err->stage[0])
         memcpy(err->stage, "trajectory", 11);
     return ok;

@@ -2,6 +2,7 @@
  * change-over point) points near it are known to half the digits only, and a projection falls on another branch. On the way there they
  * can: with the pivot at a hundredth of what it was, what is left of the rows for the last of their rank is as much smaller, or it is not;
  * and it goes on falling with the pivot, which what happens to be smaller there does not. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,6 +23,7 @@ static const double TELLS = 1e-5;                    /* of the pivot at the star
 double field_left_for(double *a, int rows, int n, int rank)
 {
     double last = 0;
+    assert(rank <= rows && rank <= n);
     for (int k = 0; k < rank; k++) {
         int at = k, col = k;
         for (int i = k; i < rows; i++)
@@ -110,6 +112,7 @@ bool field_rank_tells(const struct field *f) { return f->c > 0 && !f->rates && f
 bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end)
 {
     double *size = sga_malloc(((size_t)f->c + 1) * sizeof *size);
+    assert(pivot >= f->sides && pivot < f->pivots);       /* beyond a side it is no rank that falls */
     way->load(f, way, 0);
     double whole = left_at(f, size, true);
     num_tape_eval(f->direct, f->in, f->direct_out);

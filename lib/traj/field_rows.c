@@ -4,6 +4,7 @@
  * partial differential equations), its factors are too: they are kept, and only the right side is new. */
 #include "field.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +16,7 @@
 #include "leastnorm.h"
 #include "mem.h"
 #include "system.h"
+#include "tape.h"
 #include "told.h"
 #include "watch.h"
 #include "whole.h"
@@ -78,6 +80,7 @@ static bool evaluate(struct field *f, bool *same)
     }
     for (int k = 0; k < f->rates; k++)
         f->rhs[f->rows + f->c + k] = -f->general_out[at++];
+    assert(at + f->sums == num_tape_roots(f->general));
     return true;
 }
 
@@ -155,6 +158,7 @@ static void shorten(struct field *f, double *v)
 {
     size_t n = (size_t)f->n;
     int open = f->n - f->kept_rank;
+    assert(f->kept_rank >= 0 && open > 0);
     double *kernel = sga_malloc(((size_t)open * n + 1) * sizeof *kernel);
     for (int k = 0; k < open; k++) {
         double *d = kernel + (size_t)k * n;
@@ -286,5 +290,6 @@ int field_rank_told(struct field *f)
     free(noise);
     int rank = ok ? factor(f, m) : -1, balanced = ok && rank < f->generic_rank ? balanced_rank(f, m) : rank;
     f->kept_rank = -1;
+    assert(rank <= m && rank <= f->n && balanced <= f->n);
     return balanced > rank ? balanced : rank;
 }

@@ -1,4 +1,5 @@
 /* Entries of A that are 0 and do not look it: sums that cancel leave roundings, which would count as a row of the matrix. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -56,6 +57,7 @@ int field_sums_add(struct field *f, expr_id **root, int at)
             f->sum[f->sums++] = (struct field_sum){ place, at };
             (*root)[at++] = size;
         }
+    assert(at == place + f->rates + f->sums);       /* rates come between */
     return at;
 }
 

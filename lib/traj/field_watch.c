@@ -2,6 +2,7 @@
  * their zeros on which the motion is. */
 #include "field.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -108,6 +109,7 @@ double field_place_of_change(struct field *f, int k, double side, double t, cons
     double low = 0, high = 1, at = 0, above = side * root_between(f, k, 0, t, x, y, &at);
     double below = side * root_between(f, k, 1, t, x, y, &at);
     int last = 0;
+    assert(k >= 0 && k < f->pivots + f->poles);
     for (int turn = 0; turn < 120 && high - low > near && (turn < 2 || sga_watch_ok()); turn++) {
         double s = high - (high - low) * (-below / (above - below));
         if (turn % 3 == 2 || !(s > low && s < high))
@@ -137,6 +139,7 @@ static const double END_NEAR = 1e-5, END_SMALL = 1e-4;
 void field_fall_refine(struct field *f)
 {
     int n = f->n, q = f->fell;
+    assert(q >= f->sides && q < f->chosen);       /* a pivot of the reduction */
     double way = f->fell_t - f->home_t, *y = sga_malloc(2 * (size_t)(n + 1) * sizeof *y), *ahead = y + n + 1;
     field_load(f, f->home_t, f->home);
     if (f->fast && num_tape_eval(f->direct, f->in, f->direct_out)) {

@@ -1,6 +1,7 @@
 /* A solved system as the callbacks of an integrator: field, projection, outputs, events. */
 #include "flow.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -475,6 +476,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
     flow_code(f, rq);
     bool watched = !f->field.whole && (f->field.pivots || f->field.poles || f->charts || f->field.switches.count);
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
+    assert(!(f->field.whole && f->field.fast));       /* the equations as they stand are in place of all else */
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .tangent = tangent, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,

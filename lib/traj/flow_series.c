@@ -1,6 +1,7 @@
 /* Taylor coefficients along the flow, from the expressions of the reduced field. */
 #include "flow_series.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,6 +32,7 @@ bool series_along(struct series *s, struct field *f, double t, const double *x, 
     if (!num_jet_along(s->jet, n, order, t, scale, out))
         return false;
     *reach = num_jet_reach(s->jet, order - 1);
+    assert(order <= s->order && *reach > 0);       /* else no step is short enough */
     return true;
 }
 

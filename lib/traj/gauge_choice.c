@@ -1,6 +1,7 @@
 /* Rates and least norm by elimination in the free functions: see gauge_choice.h. */
 #include "gauge_choice.h"
 
+#include <assert.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -110,6 +111,7 @@ static bool fix_rates(struct builder *b, const struct traj_request *rq, struct g
             ok = false;
         }
     free(done);
+    assert(c->pivots <= c->fixed && c->fixed <= b->k);       /* each rate uses up one gauge field */
     return ok;
 }
 
@@ -214,6 +216,7 @@ static bool least_norm(const struct builder *b)
         for (int f = g; f < b->k; f++)
             if (!b->used[f] && group[f] == g)
                 field[m++] = f;
+        assert(group[g] <= g && (group[g] == g || !m));       /* the least one stands for all */
         ok = m == 0 || shorten(b, field, m);
     }
     free(group);

@@ -1,4 +1,5 @@
 /* The consistent start as a result of its own. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,6 +33,7 @@ int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, 
     int rank = lu.rank;
     for (int k = 0; k < rank; k++)
         solved[lu.pivot_col[k]] = 1;
+    assert(rank <= c && rank <= n);
     points_lu_clear(&lu);
     return rank;
 }
@@ -47,6 +49,7 @@ static void free_coordinates(struct flow *f, const struct traj_request *rq, stru
     for (int j = 0; j < n; j++)
         if (!solved[j])
             r->free[r->frees++] = j;
+    assert(r->frees >= n - f->manifold.c);
     free(solved);
 }
 

@@ -2,6 +2,7 @@
 #include "inputs.h"
 #include "warnings.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -140,6 +141,15 @@ static void turn_round(struct inputs *q, double from)
         q->piece[i].end = i + 1 < q->count ? q->piece[i + 1].end : from;
 }
 
+/* Ends in the order of the motion, to its end; steps that lead on. */
+static bool inputs_sane(const struct inputs *q, double start, double stop)
+{
+    bool sane = !q->count || q->piece[q->count - 1].end == stop;
+    for (int i = 0; i < q->count && sane; i++)
+        sane = q->piece[i].step > 0 && (q->piece[i].end - (i > 0 ? q->piece[i - 1].end : start)) * (stop - start) > 0;
+    return sane;
+}
+
 void inputs_examine(struct inputs *q, const struct sys_system *sys, const struct traj_request *rq, const expr_id *root, int roots)
 {
     expr_id found[MOST_INPUTS];
@@ -171,6 +181,7 @@ void inputs_examine(struct inputs *q, const struct sys_system *sys, const struct
     }
     if (stop < rq->start)
         turn_round(q, stop);
+    assert(inputs_sane(q, rq->start, stop));
 }
 
 void inputs_clear(struct inputs *q)

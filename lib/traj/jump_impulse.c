@@ -1,6 +1,7 @@
 /* Velocities of masses after an impulse of constraints: Newton steps of the conditions of a nearest point in the metric of the masses. */
 #include "jump_impulse.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -104,6 +105,8 @@ static bool impulse_init(struct impulse *p, const struct jump *j, struct sga_err
             p->row[k] = i;
             p->col[k] = column[k];
         }
+    for (int k = 0; k < m->entries; k++)
+        assert(m->row[k] >= 0 && m->row[k] < m->coordinates && m->col[k] >= 0 && m->col[k] < m->coordinates);
     int roots = 0;
     SGA_FREED expr_id *root = sga_malloc((size_t)(m->entries + p->conditions + p->terms + 1) * sizeof *root);
     for (int k = 0; k < m->entries; k++)

@@ -1,6 +1,7 @@
 /* One event that sets variables: assignment, projection, and on which side of the events' zeros the motion goes on. */
 #include "jump_set.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -163,6 +164,7 @@ bool jump_assign(struct jump *j, const struct jump_at *at, double *to, unsigned 
         for (int k = 0; k < j->rq->event[e].sets && at->fired[e]; k++) {
             int variable = j->rq->event[e].set[k].variable;
             double value = j->out[i + k];
+            assert(i + k < j->sets);       /* in the order of the tape's roots */
             char place[64];
             snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
             const char *name = variable < 0 ? j->rq->modes->name[-1 - variable] : j->sys->store->symbol[j->sys->variable[variable].symbol].name;

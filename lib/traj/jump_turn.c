@@ -1,6 +1,7 @@
 /* From one mode into another: variables by their names. */
 #include "jump_turn.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,6 +54,7 @@ bool turn_begin(struct turn *s, const struct jump_at *at, struct jump_to *to, st
     SGA_FREED int *choice = sga_calloc(m + 1, sizeof *choice);
     SGA_FREED double *x = sga_calloc(n + 1, sizeof *x);
     SGA_FREED unsigned char *changed = sga_calloc(n + 1, 1);
+    assert(!s->changing && s->j.n == s->mode->sys->variables);       /* the turn before was ended */
     s->changing = false;
     make_room(s, to, n);
     if (m)

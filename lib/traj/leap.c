@@ -1,6 +1,7 @@
 /* See leap.h. The ramp is a motion of its own, by explicit steps, and its end is polished. */
 #include "leap.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -64,6 +65,7 @@ bool leap_init(struct leap **out, const struct sys_system *sys, const struct num
         }
         l->rows += sys->row[i].entries > 0;
     }
+    assert(l->entries == entries && l->rows <= sys->rows);
     for (int j = 0; j < n; j++)
         inputs[j] = sys->variable[j].symbol;
     inputs[n] = sys->time;
@@ -235,6 +237,7 @@ static bool polish(struct ramp *p, double *x)
         for (int j = 0; j < m->n && ok; j++)
             x[j] += p->d[j] * m->unit[j];
     }
+    assert(!m->target);       /* nobody else aims elsewhere */
     m->target = p->left;
     ok = ok && manifold_settled(m, x, NULL, manifold_residual(m, p->t, x, NULL, NULL));
     m->target = NULL;

@@ -1,6 +1,7 @@
 /* Residuals and projections, sparse, in double. */
 #include "manifold.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -240,6 +241,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
         total += length;
     }
     report(m, total, res, moved, residual, worst);
+    assert(!ok || (res >= 0 && total >= 0));
     return ok;
 }
 

@@ -3,6 +3,7 @@
  * s + s^3 = u has one s for each u; s^3 - s = u has up to three, and which one follows a jump of u is told by how u gets
  * there: what the constraints have lost falls evenly to 0, as if the jump were a fast ramp, and the values follow without
  * a jump of their own. Past a fold they cannot: then there is no answer. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,6 +56,7 @@ bool manifold_jump(struct manifold *m, double t, double *x, const unsigned char 
     size_t n = (size_t)m->n, c = (size_t)m->c;
     double *lost = sga_malloc((c + 1) * sizeof *lost), *y = sga_malloc((3 * n + 1) * sizeof *y), *middle = y + n, *at = middle + n;
     double along = 0, part = 0.25;
+    assert(!m->target);       /* it would be forgotten */
     memcpy(m->in, x, n * sizeof *x);
     m->in[n] = t;
     bool ok = num_tape_eval(m->tape, m->in, lost);

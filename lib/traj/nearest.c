@@ -1,6 +1,7 @@
 /* Newton's method for the nearest point: see nearest.h. */
 #include "nearest.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -104,6 +105,7 @@ static bool look(const struct nearest *q, struct model *w, const double *x, cons
         return false;
     tangent_basis(t);
     w->dim = t->dim;
+    assert(w->dim >= 0 && w->dim <= n);
     w->steep = 0;
     w->size = sqrt(dot(gradient, gradient, n));
     for (int k = 0; k < w->dim; k++) {
@@ -256,6 +258,7 @@ static bool at_end(const struct nearest *q, const double *x)
         memset(M + (size_t)rows * (size_t)n, 0, (size_t)n * sizeof *M);
     int rank = rows ? points_least_norm_factor(rows, n, M, perm, work) : 0;
     double whole = dot(g, g, n), along = whole;
+    assert(rank <= rows && rows <= t->dim);
     t->effort += 4.0 * rank * n * (n - rank);
     for (int k = 0; k < n - rank; k++) {
         points_least_norm_kernel(n, M, rank, perm, work, k, v);

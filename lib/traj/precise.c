@@ -2,6 +2,7 @@
  * last from its difference to the one before, as lib/ode/global.c, and its digits. */
 #include "precise.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -208,6 +209,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
     for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path) && !o->path.lost; solutions++) {
         struct outcome next;
         double before = o->worst;
+        assert(ratio >= 2);       /* solutions nearer to each other say nothing of their errors */
         rtol /= ratio;
         atol /= ratio;
         add_counts(&o->path, r);
@@ -317,6 +319,7 @@ static void keep_events(struct precise *p, const struct outcome *o, struct traj_
             digits[j + 1] = digits_of(value[j], p->rq->single ? 0 : beside + 2 * fabs(other[j].hi));
         }
     }
+    assert(o->path.reason != ODE_EVENT || o->path.events > 0);
     if (o->path.reason == ODE_EVENT)
         r->ended_event = o->path.event[o->path.events - 1].event;
     free(value);
@@ -324,6 +327,7 @@ static void keep_events(struct precise *p, const struct outcome *o, struct traj_
 
 static bool lost(const struct precise *p, const struct outcome *o, struct sga_error *err)
 {
+    assert(o->path.lost > 0 && o->path.lost <= p->guide->happened);
     double t = p->guide->happening[o->path.lost - 1].t;
     return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "what happens is found in double first, and the event at %.10g was not "
                        "seen again there in double-double: the motion amplifies rounding too much; ask for an earlier stop, leave "

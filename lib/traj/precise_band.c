@@ -1,4 +1,5 @@
 /* Exponentials between steps in double-double: as in double (ode/band.c), by the same search in doubles. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -59,6 +60,7 @@ double precise_band(struct precise_march *m, num_dd h)
     struct ode_band_way w = { .count = (int)c, .a = a, .a1 = a1, .rate = rate, .rate1 = rate1, .at = rate1 + c, .along = on_step, .ctx = &way };
     if (outside && ode_band_suspect(&w))
         place = ode_band_place(&w);
+    assert(place > 0);       /* else the step would be tried again as it is */
     free(x);
     free(a);
     return place;

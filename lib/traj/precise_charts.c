@@ -1,4 +1,5 @@
 /* Motions in double-double that go over to other charts (charts.h): each has programs of its own, made when it is entered first. */
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -33,6 +34,7 @@ bool precise_follow_chart(struct precise *p)
     if (to == p->at)
         return false;
     int count = p->flow->charts->count, order = p->order;
+    assert(to >= 0 && to < count && p->at < count);
     if (p->charts < count) {
         p->chart = sga_realloc(p->chart, (size_t)count * sizeof *p->chart);
         memset(p->chart + p->charts, 0, (size_t)(count - p->charts) * sizeof *p->chart);

@@ -8,6 +8,7 @@
  * those go on that come farther for their work. Work is counted, never measured, so that runs
  * repeat exactly. The way back: where the series is long enough, and the largest eigenvalue
  * would let steps of that size be stable. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -67,6 +68,7 @@ void precise_choice_renew(struct precise_march *m)
 void precise_choice_end(struct precise_march *m)
 {
     const struct precise_choice *c = &m->choice;
+    assert(c->steps[SERIES] + c->steps[IMPLICIT] == m->path->steps);
     m->path->method = c->steps[SERIES] && c->steps[IMPLICIT] ? "taylor, radau"
                       : c->steps[IMPLICIT] ? precise_radau.name : c->steps[SERIES] ? precise_series.name : m->method->name;
     for (int k = 0; k < 2; k++)
@@ -141,6 +143,7 @@ static void end_trial(struct precise_march *m)
 {
     struct precise_choice *c = &m->choice;
     long made = m->path->steps - c->trial_from;
+    assert(made > 0 && c->work > 0);
     double now = c->size / c->work;
     if (made >= TRIAL_FEWEST && now > GAIN * c->before) {
         c->on_trial = false;

@@ -1,5 +1,6 @@
 /* One solution in double-double: from point to point by the steps that a method makes, with
  * samples inside of them, to the last time or to where and why it ends. */
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -136,6 +137,7 @@ static bool deliver(struct precise_march *m, num_dd end)
 
 void precise_end(struct precise_march *m, enum ode_reason reason, const char *detail)
 {
+    assert(reason > ODE_NONE && reason < ODE_REASON_COUNT);      /* else it would pass for the last time */
     m->path->reason = reason;
     m->path->t = m->here.t.hi;
     snprintf(m->path->detail, sizeof m->path->detail, "%.255s", detail);
@@ -347,6 +349,7 @@ static bool step(struct precise_march *m, double *cut)
         end_refused(m, refused);
         return false;
     }
+    assert(h.hi * m->direction > 0);
     enum precise_outcome o = m->method->attempt(m->state, m, h, cut);
     double pulse = o == PRECISE_TAKEN ? precise_band(m, h) : 2;
     if (pulse < 1) {
@@ -371,6 +374,7 @@ static bool step(struct precise_march *m, double *cut)
             m->why = ODE_NONE;
         return o != PRECISE_REFUSED || !over(m);
     }
+    assert(num_dd_sub(m->there.t, m->here.t).hi * m->direction > 0);
     m->path->steps++;
     m->band_cut = 0;
     m->choice.steps[m->method == &precise_radau]++;
@@ -425,6 +429,7 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
     else if (begin(&m))
         while (may_go_on(&m) && step(&m, &cut)) { }
     path->count = m.next;
+    assert(path->reason != ODE_NONE || path->count == p->rq->samples);      /* no end without a reason */
     if (path->reason == ODE_NONE)
         path->t = p->time[p->rq->samples - 1].hi;
     precise_choice_end(&m);

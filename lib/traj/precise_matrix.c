@@ -1,4 +1,5 @@
 /* The Newton matrix of the stages, factored in double. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -50,6 +51,7 @@ static void make_pattern(struct stage_matrix *w)
                 row[k] = i * n + a;
                 col[k] = i * n + J->col[e];
             }
+    assert(k == count);
     w->place = sga_malloc((size_t)count * sizeof *w->place);
     w->pattern = lin_sparse_from_entries(s * n, s * n, count, row, col, w->place);
     w->lu = lin_lu_new(w->pattern);

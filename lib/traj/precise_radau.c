@@ -5,6 +5,7 @@
  * ratio that the distance of the solution's singularities sets, in stiff components as in others,
  * so that samples anywhere are as good as the tolerance and no order is lost where stiffness
  * takes that of the ends (Hairer, Wanner, Solving Ordinary Differential Equations II, IV.15). */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,6 +56,7 @@ static void *radau_alloc(struct precise_march *m)
     r->stages = precise_stages_new(m, s < LEAST_STAGES ? LEAST_STAGES : s > most ? most : s);
     r->n = m->n;
     r->s = r->stages->s;
+    assert(r->s >= LEAST_STAGES && r->s <= NUM_RADAU_MOST);       /* weights have room for so many */
     r->old_z = sga_calloc((size_t)r->s * (size_t)r->n + 1, sizeof *r->old_z);
     r->tail = sga_calloc((size_t)r->n + 1, sizeof *r->tail);
     return r;

@@ -1,5 +1,6 @@
 /* Steps in double-double by Taylor series. As lib/ode/taylor.c, and simpler: steps end where
  * the series wants them to, samples are values of the polynomial. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -163,6 +164,7 @@ static num_dd series_size(void *state, struct precise_march *m, double cut)
 {
     struct expansions *w = state;
     double far = cut * w->far;
+    assert(w->here.scale * m->direction > 0);
     num_dd s = num_dd_of(far);
     precise_set_scale(m, m->here.x);
     m->sides.heading = false;

@@ -9,6 +9,7 @@
  *
  * Where the field held on one side has no series on its surface (sqrt(abs(x))), one step is made with nothing held,
  * to just beyond. (Sides: Filippov; the double version has the sources.) */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -195,6 +196,7 @@ static bool turn(struct expansions *w, struct precise_march *m, double size)
         if (q->pending[e] && (first < 0 || num_dd_less(w->change[e], w->change[first])))
             first = e;
     }
+    assert(first >= 0);       /* who asks for a turn says of what */
     ok = turn_together(w, m, size, &slides);
     if (ok && slides && all > 1) {                 /* not all at once, then: that one alone */
         precise_flip_pending(m);

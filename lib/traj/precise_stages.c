@@ -1,6 +1,7 @@
 /* Newton's method for the stages of an implicit step, in double and then in double-double. */
 #include "precise_stages.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -177,6 +178,7 @@ static double correction(struct precise_stages *w)
 {
     double sum = 0;
     int N = w->n * w->s;
+    assert(w->factored);
     stage_matrix_solve(w->matrix, w->residual);
     w->work += stage_matrix_solve_cost(w->matrix) / FLOPS;
     for (int k = 0; k < N; k++)

@@ -1,6 +1,7 @@
 /* Given equations that the reduction took for consequences, at points of a motion. */
 #include "redundant.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -194,6 +195,7 @@ bool given_hold(struct given *g, double t, const double *x, const double *scale)
 
 void given_name(const struct given *g, int k, char *text, size_t size)
 {
+    assert(k >= 0 && k < g->count);
     int i = g->row[k];
     if (i < g->sys->rows)
         snprintf(text, size, "%s", g->sys->row[i].source);

@@ -1,6 +1,7 @@
 /* Smoothness of what depends on tables, and their knots. */
 #include "signals.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -166,6 +167,8 @@ double *signals_knots(const struct sys_system *sys, const struct traj_request *r
         knot[*count - 1 - i] = knot[i];
         knot[i] = other;
     }
+    for (int i = 0; i < *count; i++)       /* steps end at them one after the other */
+        assert((knot[i] - (i > 0 ? knot[i - 1] : rq->start)) * (stop - rq->start) > 0);
     return knot;
 }
 

@@ -1,6 +1,7 @@
 /* Natural sizes from the equations and the values given. */
 #include "sizes.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -119,6 +120,15 @@ static void look(struct sizes *s)
         s->any |= s->column[k] != 1;
 }
 
+/* All are sizes: what is measured in them has a value. */
+static bool sizes_sane(const struct sizes *s)
+{
+    bool sane = s->time > 0;
+    for (int j = 0; j < 3 * s->n + s->columns && sane; j++)       /* weight, unit, column, row */
+        sane = s->weight[j] > 0 && isfinite(s->weight[j]);
+    return sane;
+}
+
 void sizes_init(struct sizes *s, const struct sys_system *sys, const struct traj_request *rq)
 {
     int n = sys->variables, columns = rq->outputs ? rq->outputs : n;
@@ -134,6 +144,7 @@ void sizes_init(struct sizes *s, const struct sys_system *sys, const struct traj
     memcpy(s->row, s->weight, (size_t)n * sizeof *s->row);
     s->uneven_rows = s->uneven;
     look(s);
+    assert(sizes_sane(s));
 }
 
 void sizes_clear(struct sizes *s)
@@ -158,6 +169,7 @@ bool sizes_grow(struct sizes *s, const double *variable, const double *column)
     bool any = grow(s->unit, variable, s->n);
     any |= grow(s->column, column, s->columns);
     look(s);
+    assert(sizes_sane(s));
     return any;
 }
 
@@ -172,6 +184,7 @@ void sizes_met(struct sizes *s, const double *x)
         large |= own > power(LARGE + SMALL) * s->weight[j];
     }
     s->uneven_rows = large;
+    assert(sizes_sane(s));
 }
 
 double sizes_move(const struct sizes *s, int j, double value)

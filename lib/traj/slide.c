@@ -1,6 +1,7 @@
 /* Ways on from surfaces where equations jump: all that there may be, tried one by one. */
 #include "slide.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -108,6 +109,7 @@ static bool tell(struct ways *w, int level, double t, const double *x, const dou
     if (!tape)
         return false;
     size_t roots = (size_t)num_tape_roots(tape);
+    assert(roots == (size_t)rq->modes->surfaces * (size_t)(order + 1));       /* the coefficients of each */
     double span = fabs(rq->times[rq->samples - 1] - rq->start), largest = 0;
     SGA_FREED double *in = sga_malloc(((size_t)n + 1) * sizeof *in), *moved = sga_malloc((roots + 1) * sizeof *moved);
     out->value = sga_calloc(2 * roots + 2, sizeof *out->value);
@@ -304,6 +306,7 @@ static bool try_all(const struct decision *d, const int *choice, struct verdict 
     memset(d->other, 0, (size_t)d->surfaces);
     for (int k = 0; k < d->surfaces; k++)
         if (d->open[k]) {
+            assert(count < MOST_AT_ONCE);
             open[count++] = k;
             all *= 3;
         }
@@ -414,6 +417,8 @@ bool slide_choose(struct slide *s, struct jump *now, const struct traj_mode *fro
                     "give different motions");
     if (!v.ways && v.not_told)
         return ends(why, v.not_told);
+    for (size_t k = 0; k < surfaces; k++)
+        assert(choice[k] == TRAJ_ABOVE || choice[k] == TRAJ_BELOW || choice[k] == TRAJ_ALONG);
     return v.ways || ends(why, "at a surface where a switch jumps no motion goes on: neither side leads away from it, and no value of the switch from -1 to 1 keeps the motion on it");
 }
 

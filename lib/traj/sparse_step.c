@@ -1,6 +1,7 @@
 /* Independent rows by elimination, the step by the stationarity system of these. */
 #include "sparse_step.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -68,6 +69,8 @@ static void choose_rows(struct sparse_step *s)
         memcpy(s->row, lu.pivot_row, (size_t)lu.rank * sizeof *s->row);
     qsort(s->row, (size_t)s->rows, sizeof *s->row, ascending);
     points_lu_clear(&lu);
+    for (int i = 1; i < s->rows; i++)
+        assert(s->row[i - 1] < s->row[i]);       /* pivots have rows of their own */
 }
 
 /* The system for these rows, made anew where they are others than before. */
@@ -107,6 +110,7 @@ double sparse_step_find(struct sparse_step *s, double t, const double *x, const 
             s->value[at++] = row[k];
         s->r[i] = m->r[s->row[i]];
     }
+    assert(at <= m->jac->nnz);
     for (int j = 0; j < m->n; j++)
         s->held[j] = s->fixed[j];
     *ok = lin_kkt_factor(s->kkt, s->value, weight, s->held);

@@ -323,5 +323,6 @@ bool start_search_find(struct start_search *s, const unsigned char *use, bool fr
             at_bounds(s, use, freed, &first, found, outside);
     }
     place_clear(&p);
+    assert((!found->x || outside_of(s, found->x) == 0) && (!outside->x || outside_of(s, outside->x) > 0));
     return found->x != NULL;
 }

@@ -1,6 +1,7 @@
 /* A solution that seems to grow without bound may only have come to a stratum: what is solved for there (a multiplier, a
  * derivative) tends to infinity, while the variables on which a pivot depends stay finite and the pivot tends
  * to 0 at the same time. Then it is the equations' rank that ends the motion. */
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -105,6 +106,7 @@ double field_zero_ahead(struct field *f, int pivot)
     size_t n = (size_t)f->n;
     double *x = sga_malloc(2 * (n + 1) * sizeof *x), *v = x + n + 1, t[PLACES], u[PLACES], p[2], gap = 0;
     bool ok = true;
+    assert(pivot >= 0 && pivot < f->pivots);
     for (int k = 0; k < PLACES && ok; k++) {
         for (size_t j = 0; j < n; j++)
             x[j] = f->here[j];

@@ -1,6 +1,7 @@
 /* Tangent spaces by a pivoted QR of the constraints' differentials: see tangent.h. */
 #include "tangent.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -101,6 +102,7 @@ double tangent_at(struct tangent *t, double time, const double *x)
         take_row(t, t->c + i, t->barred + (size_t)i * (size_t)t->n);
     t->rank = t->columns ? points_least_norm_factor(t->c + t->bars, t->columns, t->J, t->perm, t->work) : 0;
     size_t rows = (size_t)t->c + (size_t)t->bars;
+    assert(t->rank <= t->columns && (size_t)t->rank <= rows);
     for (t->least = 1; t->rank; t->rank--) {       /* rows have 1 as their largest entry, fixed variables among them */
         size_t last = (size_t)t->rank - 1;
         t->least = fabs(t->work[rows + last * rows + last]);
@@ -120,6 +122,7 @@ static void spread(const struct tangent *t, const double *v, double *d)
 void tangent_basis(struct tangent *t)
 {
     t->dim = t->columns - t->rank;
+    assert(t->dim >= 0 && t->dim <= t->n);
     t->effort += 4.0 * t->rank * t->columns * t->dim;
     for (int k = 0; k < t->dim; k++) {
         points_least_norm_kernel(t->columns, t->J, t->rank, t->perm, t->work, k, t->v);

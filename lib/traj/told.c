@@ -1,6 +1,7 @@
 /* Sums of magnitudes: what cancels in a value leaves its roundings. */
 #include "told.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -19,6 +20,7 @@ static const double SOLVED = 4;
 static double magnitude(const struct expr_store *st, const struct expr_cone *cone, int k, const double *value, const double *large)
 {
     const struct expr_node n = st->node[cone->list[k]];
+    assert(k == 0 || cone->list[k - 1] < cone->list[k]);       /* children come first */
     switch ((enum expr_op)n.op) {
     case EXPR_ADD: case EXPR_SUB: return large[cone->place[n.a]] + large[cone->place[n.b]];
     case EXPR_NEG: return large[cone->place[n.a]];

@@ -1,6 +1,7 @@
 /* A trajectory from request to samples. */
 #include "trajectory.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -672,8 +673,8 @@ static bool run_once(const struct sys_system *sys, const struct sga_solution *so
 /* Constraints that hold so well are no reason to ask the equations. */
 static const double SURE_RESIDUAL = 1e-9;
 
-bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-              struct traj_result *r, struct sga_error *err)
+static bool run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+                struct traj_result *r, struct sga_error *err)
 {
     if (start_relations_any(rq))
         return start_relations_run(sys, sol, rq, r, err);
@@ -690,34 +691,10 @@ bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, cons
     return ok;
 }
 
-void traj_result_clear(struct traj_result *r)
+bool traj_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
+              struct traj_result *r, struct sga_error *err)
 {
-    free(r->initial);
-    free(r->relation);
-    free(r->t);
-    free(r->value);
-    free(r->error);
-    free(r->column_error);
-    free(r->unit);
-    for (size_t i = 0; r->digits && i < (size_t)r->rows * (size_t)r->columns; i++)
-        free(r->digits[i]);
-    free(r->digits);
-    free(r->radius);
-    free(r->happening);
-    free(r->drift);
-    for (int i = 0; i < r->charts; i++)
-        free(r->chart[i].pivot);
-    free(r->chart);
-    for (int i = 0; i < r->passes; i++)
-        free(r->passed[i].detail);
-    free(r->passed);
-    for (int i = 0; i < r->legs; i++)
-        free(r->leg[i].impulse);
-    free(r->leg);
-    free(r->slide);
-    free(r->happened_value);
-    for (size_t i = 0; r->happened_digits && i < (size_t)r->happened * ((size_t)r->columns + 1); i++)
-        free(r->happened_digits[i]);
-    free(r->happened_digits);
-    *r = (struct traj_result){ 0 };
+    bool ok = run(sys, sol, rq, r, err);
+    assert(!ok || traj_result_sane(rq, r));
+    return ok;
 }

@@ -115,6 +115,7 @@ static void add_rows(struct variation *v, const struct sys_system *sys, struct a
                 sys_add_entry(&v->system, first + d, n * (1 + d) + r->entry[k].col, r->entry[k].value);
     }
     free(to);
+    assert(!expr_store_ok(sys->store) || v->system.rows == sys->rows * (1 + q));
 }
 
 /* Where the gauge is chosen the rows are the chosen field's. */
@@ -330,6 +331,7 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
         ok = false;
     }
     assert(!ok || sys_sane(&v->system));
+    assert(!ok || (v->system.variables == v->n * (1 + directions) && v->solution.constraints % (1 + directions) == 0));
     return ok;
 }
 

@@ -1,6 +1,7 @@
 /* The start of the derivatives of a motion, where linear equations have it: the tangents of the constraints, and what stays where it was given. */
 #include "variation.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,6 +37,7 @@ struct tangents {
 static bool tangents_at(struct tangents *q, const struct sys_system *sys, const struct sga_solution *sol, double t, const double *in, struct sga_arena *mem)
 {
     int all = sys->variables, n = q->n, c = sol->constraints;
+    assert(c % (1 + q->directions) == 0);       /* each is followed by its derivatives */
     q->rows = c / (1 + q->directions);
     q->J = sga_zeros(mem, (size_t)q->rows * (size_t)n + 1, sizeof *q->J);
     q->b = sga_zeros(mem, (size_t)c + 1, sizeof *q->b);

@@ -1,6 +1,7 @@
 /* Jumps of derivatives of a motion where it turns a switch at a time that depends on what it is differentiated by. */
 #include "variation_turn.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,6 +21,7 @@ bool variation_turn_init(struct variation_turn *v, const struct flow *f, const s
     const struct traj_turns *q = rq->turns;
     const struct num_switches *w = field_switches(&f->field);
     int n = f->n, *inputs = field_inputs(f->sys), switches = w ? w->count : 0;
+    assert(q->base * (1 + q->directions) == n);
     *v = (struct variation_turn){ .base = q->base, .directions = q->directions, .surfaces = q->surfaces };
     v->surface_of = sga_malloc(((size_t)switches + 1) * sizeof *v->surface_of);
     for (int e = 0; e < switches; e++) {

@@ -1,6 +1,7 @@
 /* The sparse system of velocities, and the equations for implicit steps; see the header. */
 #include "whole.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -200,6 +201,7 @@ static void equations_pattern(struct whole *w)
         }
         root += of;
     }
+    assert(root == num_tape_roots(w->tape));
     w->pattern = lin_sparse_from_entries(w->n, w->n, at, row, col, place);
     w->mass_place = sga_malloc(((size_t)most + 1) * sizeof *w->mass_place);
     w->slope_place = w->mass_place + masses;
@@ -270,6 +272,7 @@ bool whole_velocities(struct whole *w, const double *entry, const double *right,
         v[at++] = -right[w->row[i]];
     for (int i = 0; i < w->c; i++)
         v[at++] = -right[w->f->rows + i];
+    assert(at == w->n);
     double *b = memcpy(w->d, v, (size_t)w->n * sizeof *v), *rest = b + w->n;
     if (!lin_lu_factor(w->lu, w->B->val) || (w->sign && lin_lu_sign(w->lu) != w->sign))       /* beyond a zero of it the rank was lost */
         return false;
@@ -362,5 +365,6 @@ bool whole_matrices(struct whole *w, double t, const double *x, const double *v,
                     slope[w->slope_place[k]] += factor * w->slope[k];
         }
     }
+    assert(root == num_tape_roots(w->tape));
     return true;
 }

@@ -74,6 +74,7 @@ static struct step *add_constraint(struct derivation *d, int i, const char *basi
 {
     const struct sga_constraint *c = d->j->solution->constraint + i;
     char text[400];
+    assert(d->steps.dimension > 0 && !d->found[i]);       /* independent ones are no more than variables */
     snprintf(text, sizeof text, "%s; it is independent of the constraints before, so that the dimension falls from %d to %d", what, d->steps.dimension, d->steps.dimension - 1);
     struct step *p = steps_add(&d->steps, STEP_CONSTRAINT, c->generation, basis, text);
     p->after = --d->steps.dimension;
@@ -227,6 +228,7 @@ static void tell_redundant(struct derivation *d, int generation, bool last)
     for (int k = 0; k < sol->vanished_rows; k++) {
         const struct sga_vanished *v = sol->vanished + k;
         int at = v->generation + (v->generation < 1), top = sol->generations > 1 ? sol->generations : 1;
+        assert(v->source < j->request->system.rows + sol->constraints);
         if (v->source >= j->request->system.rows)       /* a tangency: not before its constraint */
             at = at > sol->constraint[v->source - j->request->system.rows].generation ? at : sol->constraint[v->source - j->request->system.rows].generation;
         for (int q = 0; q < v->parts; q++)

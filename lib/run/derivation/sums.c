@@ -58,6 +58,7 @@ static void velocities_left(struct derivation *d, expr_id sum, unsigned char *le
         expr_id normal = term[k].value;
         if (!expr_is_const(st, normal) && poly_normal(st, normal, &limits, &normal) && expr_is_zero(st, normal))
             continue;
+        assert(term[k].symbol >= d->sheet.first && term[k].symbol < d->sheet.first + n);
         left[term[k].symbol - d->sheet.first] = 1;
     }
 }

@@ -62,6 +62,7 @@ static void take_constraints(struct answer *a)
                 chi[m++] = weak_normal(&a->weak, sol->constraint[i].expr);
                 a->system.primaries += primary;
             }
+    assert(m == sol->constraints && a->system.primaries <= m);       /* each once, primary or not */
     for (int k = 0; k < a->inner->request->system.variables; k++)
         symbol[k] = a->inner->request->system.variable[k].symbol;
     a->space = (struct dirac_space){ &a->weak, &a->mem, symbol, a->inner->request->system.variables / 2, a->inner->request->system.time };
@@ -79,6 +80,7 @@ static bool agree(struct answer *a)
     int ambient = a->inner->request->system.variables, final = ambient - phase->constraints, free = a->classes.primary_firsts, fixed = 0;
     for (int k = 0; k < a->system.primaries; k++)
         fixed += a->classes.fixed[k];
+    assert(a->classes.firsts + a->classes.seconds == a->system.constraints && a->classes.primary_firsts <= a->system.primaries);
     if (phase->free_columns != free || a->system.primaries - fixed != free)
         return sga_fail(a->j->err, SGA_E_WITNESS, "the brackets leave %d multipliers free, the reduction of the Hamiltonian system %d", free, phase->free_columns);
     if (r->hamiltonian)

@@ -155,6 +155,7 @@ static void open_tangent(struct tangent *t, struct job *j)
             expr_copy(&t->st, from, &g, 1, none);
             t->lagrangian = expr_add(&t->st, t->lagrangian, expr_mul(&t->st, t->st.symbol[t->q[n + k++]].node, g));
         }
+    assert(k == multipliers);       /* a constraint for each */
     for (int i = 0; i < t->n; i++) {
         t->symbol[t->n + i] = add_symbol(&t->st, "p_", from->symbol[t->q[i]].name, "");
         t->p[i] = t->st.symbol[t->symbol[t->n + i]].node;

@@ -1,6 +1,7 @@
 /* Modes that a motion reaches: read, reduced and told. */
 #include "modes.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -149,6 +150,8 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
     struct modes *m = ctx;
     struct job *j = m->j;
     size_t size = (size_t)m->of.modes * sizeof *choice;
+    for (int k = 0; k < m->of.modes; k++)
+        assert(choice[k] >= 0 && choice[k] < m->of.values[k]);
     if (!memcmp(choice, m->choice, size))
         return &m->start;
     for (struct reached *r = m->first; r; r = r->next)
@@ -251,6 +254,7 @@ void modes_set(struct modes *m, int set, const struct sys_system *sys, const str
 {
     if (!m)
         return;
+    assert(set >= 0 && set < m->j->request->sweeps);
     m->set = set;
     m->start = (struct traj_mode){ .sys = sys, .sol = sol, .rq = rq, .choice = m->choice };
     for (struct reached *r = m->first; r; r = r->next) {
@@ -273,6 +277,7 @@ void modes_tell(struct modes *m)
         j->modes.values[k] = values_text(j, &r->model.job);
         j->modes.entry[k] = entry_text(j, &r->model.job);
     }
+    assert(k <= m->count);       /* one that could not be entered is none */
     j->modes.count = k;
 }
 

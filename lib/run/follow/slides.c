@@ -1,6 +1,7 @@
 /* Switches as modes: systems made from the job's own, in its store. */
 #include "slides.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -127,6 +128,7 @@ static bool make_system(struct slides *s, struct made *m, const int *choice, con
         sys_add_variable(&m->sys, s->symbol[k], "switch");
         sys_add_row(&m->sys, g, "surface of a switch");
     }
+    assert(!expr_store_ok(st) || m->sys.variables - from->variables == m->sys.rows - from->rows);       /* an equation for each switch that slides */
     return ok && expr_store_ok(st);
 }
 
@@ -150,6 +152,7 @@ static void make_lists(struct slides *s, struct traj_request *rq, const int *cho
         low->expression = g[k];
         if (choice[k] != TRAJ_ALONG)
             continue;
+        assert(sliding[k] >= s->j->request->system.variables && sliding[k] < sys->variables);
         expr_id lambda = st->symbol[sys->variable[sliding[k]].symbol].node;
         low->expression = expr_sub(st, lambda, one);
         high->expression = expr_add(st, lambda, one);
@@ -319,6 +322,7 @@ static void tell(struct slides *s)
     j->slides.generations = j->slides.dimension + slides + 1;
     for (int i = 0; i < r->slides; i++) {
         const struct made *m = made_at(s, r->slide[i].mode);
+        assert(m && m->reduced && r->slide[i].surface < s->s.count);       /* slides are told of modes that were entered */
         char *text = expr_text(&j->request->store, s->s.function[r->slide[i].surface], SURFACE_BYTES);
         j->slides.surface[i] = sga_take_text(&j->mem, text);
         free(text);

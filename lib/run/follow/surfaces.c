@@ -1,6 +1,7 @@
 /* Surfaces of switches, told apart by the values of their functions. */
 #include "surfaces.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -122,6 +123,8 @@ void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_
     for (int k = 0; k < s->w.count; k++)
         if (s->of[k] < 0)
             join(s, value, first, k);
+    for (int k = 0; k < s->w.count; k++)
+        assert(s->of[k] < s->count && (s->of[k] < 0 || s->sign[k]));
     free(root);
 }
 

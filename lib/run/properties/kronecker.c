@@ -45,6 +45,7 @@ static void write_eigenvalues(struct sga_json *w, const struct pencil_structure 
     sga_json_key(w, "eigenvalues");
     sga_json_array(w);
     for (int i = 0; i < n; i++) {
+        assert(e[i].factor >= 0 && e[i].factor < s->factors);
         sga_json_array(w);
         write_number(w, e[i].re);
         write_number(w, e[i].im);

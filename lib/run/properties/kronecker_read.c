@@ -3,6 +3,7 @@
  * variables (atan(x) + atan(1/x) and sign(x) have gradient 0 and are no constants). */
 #include "kronecker.h"
 
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -68,6 +69,7 @@ static bool add(struct linear_reader *r, int row, int col, bool b, expr_id value
         return refuse_text(r, source, value, "depends on the variables: the system is not linear");
     if (f & EXPR_HAS_TIME)
         return refuse_text(r, source, value, "depends on time: the system is linear, but not with constant coefficients");
+    assert(row < k->rows && col >= 0 && col < k->cols);
     SGA_RESERVE(k->c, k->cap, (size_t)k->count + 1);
     k->c[k->count++] = (struct kronecker_coefficient){ row, col, b, value };
     return true;

@@ -154,6 +154,7 @@ static void write_draws(struct job *j, const struct draws *d)
         int *to = d->found[k] ? &yes : &no;
         *to = *to < 0 ? k : *to;
     }
+    assert(no >= 0 && d->missed <= d->count);
     sga_json_begin(w, &out);
     sga_json_object(w);
     sga_json_member_string(w, "expression", sys->store->symbol[sys->parameter[who]].name);

@@ -68,6 +68,7 @@ static void hamiltonian_form(struct job *j, expr_id *T)
     struct expr_store *st = &j->request->store;
     const struct form_hamiltonian *h = j->request->hamiltonian;
     int n = j->request->system.variables;
+    assert(h->omega || n % 2 == 0);       /* pairs of coordinate and momentum */
     for (int i = 0; i < n / 2 && !h->omega; i++) {
         T[(i + n / 2) * n + i] = expr_int(st, 1);
         T[i * n + i + n / 2] = expr_int(st, -1);

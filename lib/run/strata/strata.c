@@ -95,6 +95,7 @@ static bool describe_long(struct stratum *s)
 void strata_add(struct job *j, expr_id factor, int before, struct stratum as)
 {
     const struct sga_solution *sol = j->solution;
+    assert(before <= sol->constraints);
     bool ok = !factor || push(j, &as, factor) || describe_long(&as);
     for (int i = 0; i < before && ok && !as.description; i++)
         if (sol->constraint[i].chosen)

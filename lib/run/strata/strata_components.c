@@ -5,6 +5,7 @@
  * there. A search, no proof that there is no other. */
 #include "strata_listing.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "mem.h"
@@ -28,6 +29,7 @@ static bool holds_here(struct points_oracle *s, expr_id e)
 /* A function among the first so many that the reduction took for 0, and that is not at p. */
 static bool broken_at(struct points_oracle *s, struct points_point *p, int zeros)
 {
+    assert(zeros <= s->zeros);       /* the list only grows */
     num_ball_extend(&p->ball);
     for (int i = 0; i < zeros; i++) {
         arb_srcptr v = num_ball_value(&p->ball, s->zero[i].expr);

@@ -6,6 +6,7 @@
  * of the set was left out. */
 #include "strata_listing.h"
 
+#include <assert.h>
 #include <stdlib.h>
 
 #include "facts.h"
@@ -36,6 +37,7 @@ static bool again(struct seen *s, expr_id factor, int before)
     for (int i = 0; i < s->count; i++)
         if (s->factor[i] == factor && s->before[i] == before)
             return true;
+    assert(s->count < MOST);
     s->factor[s->count] = factor;
     s->before[s->count++] = before;
     return false;

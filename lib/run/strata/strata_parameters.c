@@ -50,6 +50,7 @@ void strata_join(struct listing *l, struct cases_part *part)
             remove_part(c, i);
     c->part = sga_realloc(c->part, ((size_t)c->parts + 1) * sizeof *c->part);
     c->part[c->parts++] = *part;
+    assert(c->parts <= SGA_MOST_PARAMETER_CASES);
     *part = (struct cases_part){ 0 };
 }
 

@@ -95,6 +95,7 @@ static bool is_listed(const struct job *j, const expr_id *e, int count)
 
 static void list(struct job *j, const expr_id *e, int count, int before, struct stratum as)
 {
+    assert(count > 0);
     as.where = sga_malloc((size_t)(count + 1) * sizeof *as.where);
     as.text = sga_malloc((size_t)(count + 1) * sizeof *as.text);
     for (int k = 1; k < count; k++) {

@@ -215,7 +215,7 @@ static void place_system(struct sweep_case *c, const struct sys_system *s, const
     place_slopes(c, q, place_turns(c, q, e + q->valueds));
 }
 
-static void place_solution(struct sweep_case *c, const struct sga_solution *s, int n, const expr_id *e)
+static const expr_id *place_solution(struct sweep_case *c, const struct sga_solution *s, int n, const expr_id *e)
 {
     struct sga_solution *to = &c->solution;
     *to = *s;
@@ -238,6 +238,7 @@ static void place_solution(struct sweep_case *c, const struct sga_solution *s, i
     to->definition = duplicate(s->definition, s->definitions, sizeof *to->definition);
     for (int i = 0; i < s->definitions; i++)
         to->definition[i].value = *e++;
+    return e;
 }
 
 static bool all_defined(const expr_id *e, int from, int to, const expr_id *before)
@@ -288,10 +289,10 @@ bool sweep_case_of(struct sweep_case *c, const struct request *of, const struct 
         c->solved = expr_store_ok(&c->store) && all_defined(c->node, systems, all.count, all.node);
         c->store.error = (struct sga_error){ 0 };
     }
-    if (ok)
-        place_system(c, s, request, c->node);
-    if (ok && c->solved)
-        place_solution(c, solution, s->variables, c->node + systems);
+    const expr_id *end = ok ? place_system(c, s, request, c->node) : NULL;
+    assert(!ok || end == c->node + systems);       /* all that was gathered, in the same order */
+    end = ok && c->solved ? place_solution(c, solution, s->variables, end) : NULL;
+    assert(!end || end == c->node + all.count);
     free(all.node);
     free(value);
     return ok;
@@ -457,6 +458,7 @@ bool sweep_case_solve(struct sweep_case *c, struct job *j, const double *near, s
                         "prepared for general ones; send these values as a request of their own");
     struct reduction_options options = { .near = near, .near_time = c->request.start, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION,
                                    .budget = j->budget, .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
+    assert(c->system.parameters <= j->request->system.parameters);
     if (j->start.parameter)       /* those of the tables come last */
         options.parameter_near += j->request->system.parameters - c->system.parameters;
     points_oracle_init(&c->oracle, 20250101);

@@ -32,6 +32,7 @@ static double *thin(struct traj_request *r, int columns)
         if (exact)
             exact[k] = r->exact_time[from];
     }
+    assert(times[most - 1] == r->times[r->samples - 1]);
     r->samples = most;
     r->times = times;
     r->exact_time = exact;
