@@ -3,6 +3,7 @@
 - nonlinear reference problems of NIST's Statistical Reference Datasets (StRD, https://www.itl.nist.gov/div898/strd/) with their certified values, written as
   equations and as differential equations, from both of NIST's starts: a fit that says it converged has NIST's values (or says which it does not tell);
 - SciPy's least_squares on solve_ivp: experiments of their own starts, weights, missing data, bounds, unknown initial values;
+- data over the bounces of a ball, and over the modes of a converter;
 - a pendulum with a multiplier: g and its length from positions; what data cannot tell; refusals, with code and place.
 """
 import json
@@ -15,6 +16,7 @@ import sympy
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
+import saltation
 import schemas
 from solver import Solver
 from tally import Tally, build_folder, seed
@@ -204,6 +206,35 @@ class Check:
             self.certified("starts", f, p)
             self.tally.check(f["starts"]["tried"] == 21 and f["starts"]["same"] >= 3, "starts: counted", str(f["starts"]))
 
+    def bounces(self):
+        """A ball after its bounces: gravity, restitution and the height it falls from, by SciPy on the closed form. Then modes: a converter, from its own motion."""
+        def height(p, t):
+            g, e, h = p
+            speed = math.sqrt(2 * g * h)
+            at, x = speed / g, h - g * t * t / 2
+            while t > at:
+                speed *= e
+                x, at = speed * (t - at) - g * (t - at)**2 / 2, at + 2 * speed / g
+            return x
+        rng, times = random.Random(5), [0.05 * k for k in range(1, 45)]
+        data = [height((9.81, 0.8, 1.3), t) + rng.gauss(0, 0.004) for t in times]
+        right = least_squares(lambda p: [height(p, t) - v for t, v in zip(times, data)], [9.8, 0.8, 1.3], x_scale=[10, 1, 1], jac="3-point", xtol=1e-14, ftol=1e-14, gtol=1e-14)
+        errors = np.sqrt(np.diag(np.linalg.inv(right.jac.T @ right.jac)) * 2 * right.cost / (len(data) - 3))
+        ball = equations(["x", "v"], ["x' = v", "v' = -g"], {"g": None, "e": None, "h": None})
+        f = self.fit("a ball that bounces", ask({"parameters": {"g": {"guess": 9.7}, "e": {"guess": 0.79}, "h": {"guess": 1.28}}, "data": {"times": times, "columns": {"x": data}}}, ball,
+                                                {"initial": {"x": "h", "v": 0}, "events": saltation.events(saltation.GROUND)}))
+        for k, name in enumerate(("g", "e", "h") if f else ()):
+            got = f["parameters"][name]
+            self.tally.check(f["converged"] and got["value"] is not None and abs(got["value"] - right.x[k]) <= 1e-4 * errors[k], f"a ball that bounces: {name}", f"{got}, not {right.x[k]}")
+            self.tally.check(abs((got["standard_error"] or 0) - errors[k]) <= 1e-4 * errors[k], f"a ball that bounces: error of {name}", f"{got}, not {errors[k]}")
+        choke = {**equations(["i", "v"], ["if(s == 2, i, L*i' - if(s == 1, 12, 0) + v) = 0", "v' = i - v/R"], {"L": "1.05", "R": "1.1"}), "modes": saltation.modes(s=([0, 1, 2], 1))}
+        motion = {"initial": {"i": 0, "v": 0}, "events": saltation.events(("t - 0.52", "any", {"s": "0"}), ("i", "down", {"s": "2"}))}
+        own = self.solver.solve({"system": choke, "trajectory": {"stop": 3, "samples": 31, **motion}})[0]["trajectory"]["rows"][1:]
+        f = self.fit("a converter", ask({"parameters": {"L": {"guess": 1}, "R": {"guess": 1}}, "data": {"times": [float(r[0]) for r in own], "columns": {"v": [float(r[2]) for r in own]}}},
+                                        {**choke, "parameters": {"L": None, "R": None}}, motion))
+        for name, value in (("L", 1.05), ("R", 1.1)) if f else ():
+            self.near(f"a converter: {name}", f["parameters"][name]["value"], value, 1e-9)
+
     def untold(self):
         f = self.fit("a parameter without influence", ask({"parameters": {"k": 1, "q": 2}, "data": DATA}, equations(["x", "z"], ["x' = -k*x", "z' = q"], {"k": None, "q": 1}),
                                                            {"initial": {"x": 1, "z": 0}}))
@@ -239,6 +270,7 @@ def main():
         check.nist(name, p)
     check.pendulum()
     check.starts()
+    check.bounces()
     check.untold()
     check.near_0()
     check.errors()

@@ -120,3 +120,50 @@ REFUSED = [
     ("a start at an event's zero", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.5, ["g"], ["x"], events(("x", "any", {"v": "-e*v"}))), "inconsistent_initial", "/trajectory/initial"),
     ("in double-double", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 1}, 1.5, ["g"], ["x"], events(GROUND), {"arithmetic": "double-double"}), "not_supported", "/trajectory/events/0/set"),
 ]
+
+
+def modes(**all_):
+    """name=(values, start)"""
+    return {n: {"values": values, "start": start} for n, (values, start) in all_.items()}
+
+
+# each mode has a reduction of its own, with another dimension and index
+DIFFERENCES += [
+    ("a clutch", ask(mechanical(["a", "b"], ["p", "3"], ["1", "0"], ["m*(a' - b')"]), {"p": "2", "s": "1"}, {"a": 0, "b": 0, "a'": 5, "b'": 0}, 4.2, ["p", "s"], ["a'"],
+                     events(("t - s", "any", {"m": "1"}), ("t - 3*s", "any", {"m": "1 - m"})), modes=modes(m=([0, 1], 0)))),
+    ("a converter whose choke runs empty", ask(equations(["i", "v"], ["if(s == 2, i, L*i' - if(s == 1, U, 0) + v) = 0", "v' = i - v/R"]), {"L": "1", "U": "12", "R": "1.1", "d": "0.5"},
+                                               {"i": 0, "v": 0}, 3, ["L", "U", "R", "d"], None, events(("t - d", "any", {"s": "0"}), ("i", "down", {"s": "2"})),
+                                               modes=modes(s=([0, 1, 2], 1)))),
+    ("a rope that gets taut", ask(mechanical(["x", "y"], ["m", "1"], ["0", "-10"], ["taut*(x^2 + y^2 - L^2)"]), {"m": "1.2", "L": "1"}, {"x": 0.6, "y": 0}, 0.6, ["m", "L"], ["x"],
+                                  events(("x^2 + y^2 - L^2", "up", {"taut": "1"})), modes=modes(taut=([0, 1], 0)))),
+    ("a rod whose tip lands", ask(mechanical(["x", "y", "th"], ["m", "m", "m*l^2/3"], ["0", "-10*m", "0"], ["stuck*(y - l*sin(th))"]), {"m": "1.3", "l": "1.1"},
+                                  {"x": 0, "y": 2, "th": 0.7, "th'": 0.3}, 0.8, ["m", "l"], ["y", "th"], events(("y - l*sin(th)", "down", {"stuck": "1"})),
+                                  modes=modes(stuck=([0, 1], 0)), outputs=["y", "th"])),
+    ("a rocking block", ask(mechanical(["x", "y", "th"], ["m", "m", "I"], ["0", "-m*g", "0"], ["x + foot*b*(cos(th) - 1) + h*sin(th)", "y + foot*b*sin(th) - h*cos(th)"]),
+                            {"m": "1", "b": "1", "h": "2", "g": "10", "I": "1.7"}, {"th": "-1/5", "x": "b*(1 - cos(1/5)) + h*sin(1/5)", "y": "b*sin(1/5) + h*cos(1/5)"}, 1.3,
+                            ["b", "I", "g"], None, events(("th", "up", {"foot": "-foot"}), ("th", "down", {"foot": "1"})), modes=modes(foot=([1, -1], 1)), outputs=["th", "th'"])),
+    ("a brake that is let go", ask(equations(["x", "v", "f"], ["x' = v", "v' = f - k*x", "if(hold == 1, v, f) = 0"]), {"k": "1.2", "c": "0.5"}, {"x": 1, "v": 0}, 3, ["k", "c"], ["x"],
+                                   events(("x - c", "down", {"hold": "1"}, {"once": True}), ("t - 2 - c", "up", {"hold": "0"})), modes=modes(hold=([0, 1], 0)))),
+    ("least movement onto a mode", ask(equations(["a", "b", "l"], ["p*a' = -l - a/5", "3*b' = l", "if(m == 1, a - b*c, l) = 0"]), {"p": "2", "c": "0.9"}, {"a": 5, "b": 0}, 2, ["p", "c"], ["a"],
+                                       events(("a - 4", "down", {"m": "1"})), modes=modes(m=([0, 1], 0)))),
+]
+
+
+def random_case(rng):
+    """An oscillator or a pendulum with walls, in a form and with a mode or without."""
+    p = {"k": f"{rng.uniform(1, 4):.3f}", "c": f"{rng.uniform(0, 0.3):.3f}", "h": f"{rng.uniform(0.3, 0.7):.3f}", "e": f"{rng.uniform(0.4, 1.1):.3f}"}
+    by, stop, hit = rng.sample(sorted(p), 2), round(rng.uniform(1.2, 3), 3), rng.choice(["-e*v", "-e*v + sin(t)/9", "-e*v*(1 + x^2)"])
+    start = {"x": round(rng.uniform(-0.2, 0.2), 3), "v": round(rng.choice([-1, 1]) * rng.uniform(0.8, 1.6), 3)}
+    walls = [("x - h", "up", {"v": hit}), ("x + h", "down", {"v": hit})]
+    kind = rng.choice(["plain", "mode", "index 3", "mechanical"])
+    if kind == "plain":
+        return ask(equations(["x", "v"], ["x' = v", f"v' = -k*x - c*v + {rng.randint(1, 3)}*sin({rng.randint(1, 3)}*t)"]), p, start, stop, by, ["x", "v"], events(*walls))
+    if kind == "mode":
+        lines = ["x' = v", "v' = -c*v + sin(2*t) + f", "if(s == 1, f + 20*k*(x - h), f + k*x) = 0"]
+        return ask(equations(["x", "v", "f"], lines), p, start, stop, by, ["v"], events(("x - h", "up", {"s": "1"}), ("x - h", "down", {"s": "0", "v": "e*v"}), walls[1]),
+                   modes=modes(s=([0, 1], 0)))
+    if kind == "index 3":
+        return ask(equations(["x", "y", "l"], ["x'' = -l*x - c*x'", "y'' = -l*y - k", "x^2 + y^2 = 1"]), p, {"x": start["x"], "y": -1, "x'": start["v"]}, stop, by, ["x'"],
+                   events(("x - h", "up", {"x'": "-e*x'"}), ("x + h", "down", {"x'": "-e*x'", "y'": "-e*y'"})))
+    return ask(mechanical(["x", "y", "z"], ["1", "h + 1", "2"], ["-c*x'", "-k", "x - z"], ["x^2 + y^2 - 1", "z - x*y"]), p, {"x": start["x"], "y": -1, "x'": start["v"]}, stop, by, ["x'"],
+               events(("x - h", "up", {"x'": "-e*x'"}), ("x + h", "down", {"x'": "-e*x'"})))

@@ -278,9 +278,9 @@ bool request_read_open(struct request *r, const char *text, size_t length, const
     return read_text(&(struct reader){ .r = r, .err = err, .open = open, .opens = opens }, text, length);
 }
 
-bool request_read_modes(struct request *r, const char *text, size_t length, const int *choice, struct sga_error *err)
+bool request_read_modes(struct request *r, const char *text, size_t length, const struct request_choice *mode, struct sga_error *err)
 {
-    return read_text(&(struct reader){ .r = r, .err = err, .choice = choice }, text, length);
+    return read_text(&(struct reader){ .r = r, .err = err, .choice = mode->choice, .open = mode->open, .opens = mode->opens }, text, length);
 }
 
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err)

@@ -316,8 +316,9 @@ bool request_read_named(struct request *r, const char *text, size_t length, int 
  * one no value, or another one is meant, it is `near`. */
 struct request_open { const char *name; double near; bool replaces; };
 bool request_read_open(struct request *r, const char *text, size_t length, const struct request_open *open, int opens, struct sga_error *err);
-/* The whole request, with its modes at other values than at the start: by mode the place of the value. */
-bool request_read_modes(struct request *r, const char *text, size_t length, const int *choice, struct sga_error *err);
+/* The whole request, with its modes at other values than at the start (by mode the place of the value), and parameters open as above. */
+struct request_choice { const int *choice; const struct request_open *open; int opens; };
+bool request_read_modes(struct request *r, const char *text, size_t length, const struct request_choice *mode, struct sga_error *err);
 bool request_read_within(struct request *r, const char *text, size_t length, struct request_bounds *bounds, struct sga_error *err);
 /* The system's own rules; starts and rates in the order of the variables, times one way. Linear; asserted where reading ends. */
 bool request_sane(const struct request *r);

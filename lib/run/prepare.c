@@ -33,14 +33,12 @@ static bool check_sets(struct job *j)
         e++;
     if (e == t->events)
         return true;
-    if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT | REQUEST_LINEARIZATION | REQUEST_TRANSFER))
-        what = "tradeoff, fit, linearization or transfer";
+    if (r->want & (REQUEST_TRADEOFF | REQUEST_LINEARIZATION | REQUEST_TRANSFER))
+        what = "tradeoff, linearization or transfer";
     else if (r->modes && t->conditions)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
-    else if (r->modes && t->sensitivities.has)
-        what = "modes and sensitivities";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);

@@ -26,6 +26,7 @@ struct jump_at {
     const unsigned char *fired;   /* by event: it happens now */
     const signed char *crossing;  /* by event that happens: its direction */
     double wrong;                 /* what is set is made wrong by this part of it */
+    const int *count;             /* by event: how often it has set something, with this time; or NULL */
 };
 
 /* Values after assignment, on their way to a start. */

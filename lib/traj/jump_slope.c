@@ -21,6 +21,8 @@
 /* Beside what is added up in them: a function that does not move along the motion; one that does not along a direction; times and values that are one; a function at
  * its zero. */
 static const double AT_REST = 1e-9, STILL = 1e-6, TOGETHER = 1e-7, ON = 1e-11;
+/* Of the largest derivative: one that is 0 but for roundings. */
+static const double ROUNDED = 1e-12;
 
 static struct num_tape *tape_of(const struct traj_carried *c, const expr_id *root, int roots, struct sga_error *err)
 {
@@ -224,23 +226,31 @@ static bool ambiguous(const struct jump_slope *s, int e, const double *field, co
     const struct traj_request *rq = s->of->rq;
     double terms, rate = rate_of(s, e, field, g, &terms), span = fabs(rq->times[rq->samples - 1] - rq->start), size = 0;
     bool moves = false, rests = fabs(rate) <= AT_REST * terms;
-    for (int k = 0; k < s->n; k++)
+    double most = 0, sum = 0;
+    for (int k = s->n; k < s->all; k++)
+        most = fmax(most, fabs(s->in[k]));
+    for (int k = 0; k < s->n; k++) {
+        sum += fabs(g[k]);
         size += fabs(g[k]) * fmax(fabs(s->in[k]), fabs(field[k]) * span);
+    }
     if (!(fabs(s->out[e]) <= ON * size))
         return false;
     for (int d = 0; d < s->q; d++) {
-        double slope = s->along[e * s->q + d], by_time = tau ? rate * tau[d] : 0;
-        moves |= fabs(slope + by_time) > STILL * (fabs(slope) + fabs(by_time)) && slope + by_time != 0;
+        double change = s->along[e * s->q + d] + (tau ? rate * tau[d] : 0), parts = 0;
+        for (int k = 0; k < s->n; k++)
+            parts += fabs(g[k]) * (fabs(s->in[s->n + d * s->n + k]) + (tau ? fabs(field[k] * tau[d]) : 0));
+        moves |= change != 0 && fabs(change) > STILL * parts + ROUNDED * sum * most;
     }
     int way = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
     return moves && (rests || !rq->event[e].direction || rq->event[e].direction * rate * way > 0);
 }
 
-/* The first such event that sets something, or -1. */
-static int first_ambiguous(const struct jump_slope *s, const double *field, const double *tau, double *g)
+/* The first such event that sets something, and has not done so as often as it may, or -1. */
+static int first_ambiguous(const struct jump_slope *s, const int *count, const double *field, const double *tau, double *g)
 {
+    const struct traj_event *event = s->of->rq->event;
     for (int e = 0; e < s->of->rq->events; e++)
-        if (s->of->rq->event[e].sets && ambiguous(s, e, field, tau, g))
+        if (event[e].sets && !(count && event[e].most && count[e] >= event[e].most) && ambiguous(s, e, field, tau, g))
             return e;
     return -1;
 }
@@ -251,7 +261,7 @@ bool jump_slope_starts(const struct jump *j, double t, const double *x, int *eve
     SGA_ARENA(mem);
     double *field = sga_zeros(&mem, 2 * (size_t)s->n + 1, sizeof *field);
     bool ok = look(s, t, x, x + s->n, field);
-    *event = ok ? first_ambiguous(s, field, NULL, field + s->n) : -1;
+    *event = ok ? first_ambiguous(s, NULL, field, NULL, field + s->n) : -1;
     return *event < 0;
 }
 
@@ -274,7 +284,7 @@ static bool go_on(struct jump_slope *s, const struct jump_at *at, const double *
         snprintf(why, size, "at %.10g the derivatives have no value after the event", at->t);
         return false;
     }
-    int e = first_ambiguous(s, field, tau, field + n);
+    int e = first_ambiguous(s, at->count, field, tau, field + n);
     if (e >= 0)
         snprintf(why, size, "after %.10g the motion goes on from the zero of event %d, and what is differentiated by moves it to one side or the other of it", at->t, e);
     return e < 0;

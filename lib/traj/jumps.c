@@ -456,7 +456,7 @@ static bool go_on(struct pass *p, struct piece *q, struct turn *s, const struct 
         double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->all : s->j.n);
         if (s->slide)
             drop_dust(x, s->j.n);
-        struct jump_at at = { piece->ended_t, x, fired, crossing, wrong };
+        struct jump_at at = { piece->ended_t, x, fired, crossing, wrong, p->count };
         count_jump(p, rq, piece->ended_t, fired);
         p->stood = false;
         for (int e = 0; e < rq->events; e++)

@@ -61,26 +61,6 @@ static void choice_text(const struct modes *m, const int *choice, char *out, siz
         at += (size_t)snprintf(out + at, size - at, "%s%.40s = %.10g", k ? ", " : "", m->of.name[k], m->of.value[k][choice[k]]);
 }
 
-/* Columns that were not named are the variables of the start. */
-static bool same_columns(struct modes *m, struct reached *r, const char *text)
-{
-    const struct sys_system *start = &m->j->request->system, *s = &r->model.request.system;
-    if (r->rq.outputs)
-        return true;
-    expr_id *output = sga_zeros(m->mem, (size_t)start->variables + 1, sizeof *output);
-    for (int k = 0; k < start->variables; k++) {
-        const char *name = start->store->symbol[start->variable[k].symbol].name;
-        int symbol = expr_symbol_find(s->store, name, strlen(name));
-        if (symbol < 0 || variable_of(s, symbol) < 0)
-            return sga_fail_at(m->j->err, SGA_E_NOT_SUPPORTED, "/trajectory/outputs", "with %s there is no variable %.100s, which is a column where the motion starts; name columns that all modes have in outputs",
-                               text, name);
-        output[k] = s->store->symbol[symbol].node;
-    }
-    r->rq.output = output;
-    r->rq.outputs = start->variables;
-    return true;
-}
-
 /* The start of this set, by names; and the mode at the set's parameters. */
 static bool make_ready(struct modes *m, struct reached *r, struct sga_error *err)
 {
@@ -165,10 +145,11 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
     m->last = &r->next;
     choice_text(m, choice, text, sizeof text);
     struct job *own = &r->model.job;
-    bool ok = vary_model_mode(&r->model, j, choice, from->sys, t, x);
+    bool ok = vary_model_mode(&r->model, j, &(struct vary_mode){ choice, from->sys, t, x, NULL, 0 });
     if (ok && own->solution->verdict == SGA_INCONSISTENT)
         ok = sga_fail_at(j->err, SGA_E_EVENT_SET, "/trajectory/events", "at %.10g the motion enters the mode %.100s, whose equations are inconsistent: %.200s; stop there, or set another value", t, text,
                          own->solution->contradiction_why);
+    ok = ok && vary_model_columns(&r->model, &j->request->system, text, j->err);
     if (ok) {
         r->rq = r->model.rq;
         r->rq.event = events_of(&r->model.request, m->mem);
@@ -177,7 +158,7 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
         r->rq.mass = masses_of(own, m->mem);
         r->rq.on = own->oracle->reals && own->oracle->real[0].variables == r->model.request.system.variables ? own->oracle->real[0].x : NULL;
         r->mode = (struct traj_mode){ .sys = &r->model.request.system, .sol = r->model.solution, .rq = &r->rq, .choice = r->choice, .place = m->count++ };
-        ok = same_columns(m, r, text) && for_all_starts(m, r, text) && make_ready(m, r, j->err);
+        ok = for_all_starts(m, r, text) && make_ready(m, r, j->err);
     }
     if (!ok)
         r->why = *j->err;

@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "run_job.h"
 #include "system.h"
+#include "vary_modes.h"
 
 /* Motions are computed to this at the least, whatever the request's tolerances: what is fitted is a small difference of them. */
 static const double RTOL = 1e-10;
@@ -100,6 +101,7 @@ static bool make_variation(struct fit_work *w, struct fit_experiment *e)
         vary_model_guess(m, &e->rq, by[d].parameter, by[d].variable, guess + (size_t)d * n);
     }
     e->varied = true;
+    e->modes = vary_modes_new(w->j, &(struct vary_modes_of){ m, &e->rq, w->open, f->parameters, by, directions, (int)(e - w->experiment) });
     if (variation_make(&e->variation, &m->request.system, m->solution, &e->rq, by, directions, guess, w->j->err))
         return true;
     if (w->j->err->code == SGA_E_NOT_SUPPORTED)
@@ -149,6 +151,7 @@ bool fit_work_begin(struct fit_work *w, struct job *j)
     struct request_open *open = sga_zeros(&w->mem, (size_t)f->parameters + 1, sizeof *open);
     for (int k = 0; k < f->parameters; k++)
         open[k] = (struct request_open){ f->parameter[k].name, f->parameter[k].guess, true };
+    w->open = open;
     if (j->request->accuracy.arithmetic == REQUEST_BALL || j->request->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "a fit is computed in double; use \"double\" or \"auto\"");
     if (!vary_model_make(&w->model, j, open, f->parameters, "/fit/parameters") || !determined(w))
@@ -175,8 +178,10 @@ bool fit_work_begin(struct fit_work *w, struct job *j)
 void fit_work_end(struct fit_work *w)
 {
     for (int i = 0; w->experiment && w->fit && i < w->fit->experiments; i++)
-        if (w->experiment[i].varied)
+        if (w->experiment[i].varied) {
+            vary_modes_free(w->experiment[i].modes);
             variation_clear(&w->experiment[i].variation);
+        }
     vary_model_clear(&w->model);
     sga_arena_end(&w->mem);
 }
@@ -211,7 +216,7 @@ static bool motion_at(struct fit_work *w, struct fit_experiment *e, const double
     double *own = sga_zeros(&mem, (size_t)w->model.request.system.variables + 1, sizeof *own);
     for (int i = 0; i < f->initials; i++)
         own[f->initial[i].variable] = x[e->first + i];
-    struct vary_at at = { .rq = &e->rq, .parameter = parameters_at(w, x, &mem), .initial = own };
+    struct vary_at at = { .rq = &e->rq, .parameter = parameters_at(w, x, &mem), .initial = own, .modes = e->modes };
     if (!vary_start_at(&w->model, &at, e->x, e->initial, &w->why))
         return false;
     at.initial = e->initial;

@@ -11,6 +11,7 @@ struct fit_experiment {
     const struct request_experiment *data;
     struct traj_request rq;
     struct variation variation;
+    struct vary_modes *modes;      /* or NULL */
     bool varied;
     double *time; int times;       /* each once, in the order of the motion */
     int *place;                    /* by time of the data: which of these */
@@ -20,6 +21,7 @@ struct fit_experiment {
 
 struct fit_work {
     struct job *j;
+    const struct request_open *open;   /* the parameters */
     struct vary_model model;
     const struct request_fit *fit; /* of the model's request */
     struct fit_experiment *experiment;

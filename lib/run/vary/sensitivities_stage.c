@@ -13,6 +13,7 @@
 #include "run_job.h"
 #include "stage_clock.h"
 #include "system.h"
+#include "vary_modes.h"
 #include "vary_motion.h"
 
 static const char PLACE[] = "/trajectory/sensitivities";
@@ -23,6 +24,7 @@ struct asked {
     struct job *j;
     struct vary_model model;
     struct variation variation;
+    struct vary_modes *modes;
     bool varied;
     struct variation_by *by; int directions;
     struct sga_arena mem;
@@ -232,7 +234,8 @@ static bool run(struct asked *a)
     for (int i = 0; i < a->model.request.swept_count; i++)
         parameter[i] = a->model.request.swept[i].value;
     struct vary_motion m;
-    struct vary_at at = { .rq = &a->model.rq, .parameter = parameter, .x = j->trajectory->initial };
+    a->modes = vary_modes_new(j, &(struct vary_modes_of){ &a->model, &a->model.rq, open, s->parameters, a->by, a->directions, -1 });
+    struct vary_at at = { .rq = &a->model.rq, .parameter = parameter, .x = j->trajectory->initial, .modes = a->modes };
     if (!vary_motion_run(&m, &a->model, &a->variation, &at, j->err)) {
         if (!j->err->pointer[0])
             snprintf(j->err->pointer, sizeof j->err->pointer, "%s", PLACE);
@@ -264,6 +267,7 @@ bool answer_sensitivities(struct job *j)
         return !j->trajectory;
     stage_begin(j->clock, STAGE_SENSITIVITIES);
     bool ok = j->trajectory->rows == 0 || in_time(&a);
+    vary_modes_free(a.modes);
     if (a.varied)
         variation_clear(&a.variation);
     vary_model_clear(&a.model);

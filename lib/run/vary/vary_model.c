@@ -179,33 +179,61 @@ bool vary_model_make(struct vary_model *m, struct job *j, const struct request_o
     return true;
 }
 
-bool vary_model_mode(struct vary_model *m, struct job *of, const int *choice, const struct sys_system *from, double t, const double *x)
+bool vary_model_mode(struct vary_model *m, struct job *of, const struct vary_mode *mode)
 {
     static const unsigned told = REQUEST_CONSTRAINTS | REQUEST_INDEX | REQUEST_VECTOR_FIELD | REQUEST_GAUGE;
     struct job *j = &m->job;
     *m = (struct vary_model){ 0 };
-    if (!request_read_modes(&m->request, of->request_text, of->request_length, choice, of->err))
+    if (!request_read_modes(&m->request, of->request_text, of->request_length, &(struct request_choice){ mode->choice, mode->open, mode->opens }, of->err))
         return false;
     m->read = true;
-    model_job(m, of, mode_stages);
-    j->budget->warnings = of->warnings;
-    m->request.want |= of->request->want & told;
+    m->programs = mode->opens ? num_jet_programs_new() : NULL;
+    model_job(m, of, mode->opens ? model_stages : mode_stages);
+    j->budget->warnings = mode->opens ? j->warnings : of->warnings;      /* told once already */
+    m->request.want |= mode->opens ? 0 : of->request->want & told;
     if (!set_near(j))
         return sga_fail_at(j->err, SGA_E_EXPR_UNDEFINED, "/system/parameters", "a parameter has no finite value");
-    const struct sys_system *s = &m->request.system;
+    const struct sys_system *s = &m->request.system, *from = mode->from;
     for (int k = 0; k < from->variables; k++) {
         const char *name = from->store->symbol[from->variable[k].symbol].name;
         for (int v = 0, symbol = expr_symbol_find(s->store, name, strlen(name)); v < s->variables && symbol >= 0; v++)
             if (s->variable[v].symbol == symbol) {
-                j->start.x[v] = x[k];
+                j->start.x[v] = mode->x[k];
                 j->start.given[v] = 1;
             }
     }
-    j->start.time = t;
+    j->start.time = mode->t;
     if (!job_run(j, false))
         return false;
     m->solution = j->solution;
     set_request(m);
+    return true;
+}
+
+static int variable_of(const struct sys_system *s, int symbol)
+{
+    for (int k = 0; k < s->variables; k++)
+        if (s->variable[k].symbol == symbol)
+            return k;
+    return -1;
+}
+
+bool vary_model_columns(struct vary_model *m, const struct sys_system *start, const char *text, struct sga_error *err)
+{
+    const struct sys_system *s = &m->request.system;
+    if (m->rq.outputs)
+        return true;
+    expr_id *output = sga_zeros(&m->job.mem, (size_t)start->variables + 1, sizeof *output);
+    for (int k = 0; k < start->variables; k++) {
+        const char *name = start->store->symbol[start->variable[k].symbol].name;
+        int symbol = expr_symbol_find(s->store, name, strlen(name));
+        if (symbol < 0 || variable_of(s, symbol) < 0)
+            return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/outputs", "with %s there is no variable %.100s, which is a column where the motion starts; name columns that all modes have in outputs",
+                               text, name);
+        output[k] = s->store->symbol[symbol].node;
+    }
+    m->rq.output = output;
+    m->rq.outputs = start->variables;
     return true;
 }
 

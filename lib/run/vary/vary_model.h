@@ -20,9 +20,13 @@ struct vary_model {
 
 /* Reads and reduces. m->rq has events and masses where events set something. j: the job that asks; what is not there is refused at `pointer`. False with j->err. vary_model_clear is due in any case. */
 bool vary_model_make(struct vary_model *m, struct job *j, const struct request_open *open, int opens, const char *pointer);
-/* The system with its modes at these values (by mode the place of one), reduced near the values x of the variables of `from` that have their names, at time t. No parameter is open, and
- * its verdict may be any; texts are made as far as j wants them. m->rq has neither events nor masses. vary_model_clear is due in any case. */
-bool vary_model_mode(struct vary_model *m, struct job *j, const int *choice, const struct sys_system *from, double t, const double *x);
+/* The system with its modes at these values (by mode the place of one), reduced near the values x of the variables of `from` that have their names, at time t; with these
+ * parameters as symbols. Its verdict may be any; texts are made as far as j wants them, where no parameter is open. m->rq has neither events nor masses. vary_model_clear is
+ * due in any case. */
+struct vary_mode { const int *choice; const struct sys_system *from; double t; const double *x; const struct request_open *open; int opens; };
+bool vary_model_mode(struct vary_model *m, struct job *j, const struct vary_mode *mode);
+/* Columns that were not named are the variables of the start's system. False with err: this one, with its modes at `text`, does not have them. */
+bool vary_model_columns(struct vary_model *m, const struct sys_system *start, const char *text, struct sga_error *err);
 void vary_model_clear(struct vary_model *m);
 /* The derivative of each initial value that rq gives (variables; in the request's store) by a swept parameter (its symbol), or by itself (parameter -1). */
 void vary_model_guess(struct vary_model *m, const struct traj_request *rq, int parameter, int variable, expr_id *to);

@@ -8,7 +8,8 @@
 
 #include "arena.h"
 #include "mem.h"
-#include "sweep_case.h"
+#include "vary_copies.h"
+#include "vary_modes.h"
 
 void vary_motion_clear(struct vary_motion *v)
 {
@@ -17,49 +18,15 @@ void vary_motion_clear(struct vary_motion *v)
     *v = (struct vary_motion){ 0 };
 }
 
-/* The copies of a motion at its parameters: of variables and derivatives; and, where events set something, of the variables alone. */
-struct copies {
-    struct sweep_case c, own;
-    struct traj_carried carried;
-    bool has_own;
-};
-
-static bool copies_make(struct copies *p, struct vary_model *m, const struct variation *v, const struct vary_at *at, struct sga_error *err)
+static bool run(struct vary_copies *p, struct traj_result *r, struct sga_error *err)
 {
-    bool ok = sweep_case_of(&p->c, &m->request, &v->system, &v->solution, &v->request, at->parameter, err), solved = ok && p->c.solved;
-    p->has_own = ok && v->jumps;
-    if (p->has_own) {
-        ok = sweep_case_of(&p->own, &m->request, &m->request.system, m->solution, at->rq, at->parameter, err);
-        solved &= ok && p->own.solved;
-        p->own.request.single = v->request.single;
-        p->own.request.budget = v->request.budget;
-    }
-    return ok && (solved || sga_fail(err, SGA_E_EXPR_UNDEFINED, "the reduction for general values of the parameters has no value at these"));
-}
-
-static void copies_clear(struct copies *p)
-{
-    sweep_case_clear(&p->c);
-    if (p->has_own)
-        sweep_case_clear(&p->own);
-}
-
-static bool run(struct copies *p, struct traj_result *r, struct sga_error *err)
-{
-    struct sweep_case *c = &p->c;
-    if (!p->has_own)
-        return traj_run(&c->system, &c->solution, &c->request, r, err);
-    p->carried = (struct traj_carried){ &c->system, &c->solution, &c->request };
-    p->own.request.carried = &p->carried;
-    p->own.request.relations = 0;      /* the start that is placed has met them */
-    p->own.request.low = p->own.request.high = NULL;
-    p->own.request.arithmetic = TRAJ_DOUBLE;
-    return traj_run(&p->own.system, &p->own.solution, &p->own.request, r, err);
+    struct sweep_case *c = p->has_own ? &p->own : &p->c;
+    return traj_run(&c->system, &c->solution, &c->request, r, err);
 }
 
 /* The motions from the best differences and from ones that are off by what these may be off. */
 static bool run_from_differences(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at,
-                                 struct copies *p, struct sga_error *err)
+                                 struct vary_copies *p, struct sga_error *err)
 {
     struct sweep_case *c = &p->c;
     size_t all = (size_t)m->request.system.variables * (size_t)v->directions;
@@ -89,7 +56,7 @@ static bool run_from_differences(struct vary_motion *to, struct vary_model *m, s
 }
 
 /* From a start that is solved for: where longer numbers may be needed they are tried first. False without to->exact_start: the request is as it was. */
-static bool run_from_solved(struct vary_motion *to, struct variation *v, const struct vary_at *at, struct copies *p, struct sga_error *err)
+static bool run_from_solved(struct vary_motion *to, struct variation *v, const struct vary_at *at, struct vary_copies *p, struct sga_error *err)
 {
     struct sweep_case *c = &p->c;
     bool longer = c->request.arithmetic == TRAJ_AUTO && c->request.exact_time && !p->has_own;
@@ -112,18 +79,18 @@ static bool run_from_solved(struct vary_motion *to, struct variation *v, const s
 
 bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct sga_error *err)
 {
-    struct copies p = { .has_own = false };
+    struct vary_copies p;
     *to = (struct vary_motion){ 0 };
-    bool ok = copies_make(&p, m, v, at, err);
+    bool ok = vary_copies_make(&p, v, &(struct vary_copied){ &m->request, &m->request.system, m->solution, at->rq, at->parameter }, err);
     if (ok) {
         p.c.request.programs = m->programs;
-        if (v->jumps)
-            p.c.request.arithmetic = TRAJ_DOUBLE;
+        if (at->modes)
+            vary_modes_start(at->modes, at, &p);
         ok = at->rq->relations || at->rq->low || run_from_solved(to, v, at, &p, err);      /* relations move with the parameters: differences */
         if (!to->exact_start)
             ok = run_from_differences(to, m, v, at, &p, err);
     }
-    copies_clear(&p);
+    vary_copies_clear(&p);
     if (!ok)
         vary_motion_clear(to);
     return ok;
