@@ -220,9 +220,9 @@ static void reach_all(struct lift *l)
         reach(l, l->b->col[k]);
     for (int i = 0; i < l->cols; i++) {
         int q = e->pivot_of[l->col[i]];
-        const struct exact_pivot *p = e->pivot + q;
         if (q < 0)
             continue;
+        const struct exact_pivot *p = e->pivot + q;
         l->pivot[l->pivots++] = q;
         for (int k = 0; k < p->entries; k++)
             reach(l, p->entry[k].col);
