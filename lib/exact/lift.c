@@ -1,4 +1,5 @@
-/* Combinations of rows over the rationals, digit by digit in base p. */
+/* Combinations of rows over the rationals, digit by digit in base p. Only what the row to be combined leads to is looked at: its columns,
+ * their pivots, the columns of these, and so on. */
 #include "exact_rank.h"
 
 #include <stdlib.h>
@@ -16,6 +17,8 @@ struct lift {
     struct exact_echelon *e;
     const struct exact_row *b;
     bool whole;
+    int *col, cols;            /* what b leads to */
+    int *pivot, pivots;        /* those of these columns, increasing; of the vectors by pivot nothing else is set */
     mp_limb_t *w, *z;          /* scratch: by column, by pivot */
     unsigned char *used;       /* by pivot: some digit was not 0 */
     fmpz *sum;                 /* by pivot: the digits so far */
@@ -39,9 +42,12 @@ static void digit(struct lift *l)
 {
     struct exact_echelon *e = l->e;
     mp_limb_t n = e->mod.n, inv = e->mod.ninv;
-    for (int j = 0; j < e->cols; j++)
+    for (int i = 0; i < l->cols; i++) {
+        int j = l->col[i];
         l->w[j] = fmpz_is_zero(e->residue + j) ? 0 : fmpz_fdiv_ui(e->residue + j, n);
-    for (int q = 0; q < e->pivots; q++) {       /* w = z' U */
+    }
+    for (int i = 0; i < l->pivots; i++) {       /* w = z' U */
+        int q = l->pivot[i];
         const struct exact_pivot *p = e->pivot + q;
         mp_limb_t f = l->w[p->col] ? n_mulmod2_preinv(l->w[p->col], p->inverse, n, inv) : 0;
         l->z[q] = f;
@@ -53,7 +59,8 @@ static void digit(struct lift *l)
             *to = nmod_add(*to, n_mulmod_shoup(minus, p->entry[k].value, quotient, n), e->mod);
         }
     }
-    for (int q = e->pivots - 1; q >= 0; q--) {  /* z' = z L */
+    for (int i = l->pivots - 1; i >= 0; i--) {  /* z' = z L */
+        int q = l->pivot[i];
         const struct exact_pivot *p = e->pivot + q;
         if (!l->z[q])
             continue;
@@ -100,12 +107,13 @@ static int next_residue(struct lift *l)
     SGA_ENDS(fmpz_end) fmpz_t s = { 0 };
     bool zero = true;
     int result = 0;
-    for (int q = 0; q < e->pivots; q++)
-        if (l->z[q])
-            take_off(l, q, s);
+    for (int i = 0; i < l->pivots; i++)
+        if (l->z[l->pivot[i]])
+            take_off(l, l->pivot[i], s);
     fmpz_set_ui(s, e->mod.n);
     fmpz_mul(l->power, l->power, s);
-    for (int j = 0; j < e->cols; j++) {
+    for (int i = 0; i < l->cols; i++) {
+        int j = l->col[i];
         fmpz *v = e->residue + j;
         if (e->small[j])
             subtract_wide(v, e->small[j]);
@@ -138,14 +146,14 @@ enum { SLACK_BITS = 24 };      /* by which a number must be shorter than chance 
 /* A common denominator of the sums modulo power. False: they have none that is short enough. */
 static bool denominator(struct lift *l, fmpz_t den)
 {
-    struct exact_echelon *e = l->e;
     mp_bitcnt_t half = (fmpz_bits(l->power) - SLACK_BITS) / 2;
     SGA_ENDS(fmpz_end) fmpz_t y = { 0 }, bound = { 0 };
     SGA_ENDS(fmpq_end) fmpq_t r = { { 0, 1 } };
     bool ok = true;
     fmpz_setbit(bound, half);
     fmpz_one(den);
-    for (int q = 0; q < e->pivots && ok; q++) {
+    for (int i = 0; i < l->pivots && ok; i++) {
+        int q = l->pivot[i];
         if (!l->used[q])
             continue;
         fmpz_mul(y, l->sum + q, den);
@@ -171,7 +179,8 @@ static bool holds(struct lift *l, struct exact_combination *c)
         fmpz_clear(c->factor + k);
     c->count = 0;
     exact_sum_add(&e->sum, l->b, c->den);
-    for (int q = 0; q < e->pivots; q++) {
+    for (int i = 0; i < l->pivots; i++) {
+        int q = l->pivot[i];
         if (!l->used[q])
             continue;
         fmpz_mul(y, l->sum + q, c->den);
@@ -190,16 +199,60 @@ static bool holds(struct lift *l, struct exact_combination *c)
     return zero;
 }
 
+static void reach(struct lift *l, int col)
+{
+    if (!l->e->mark[col])
+        l->col[l->cols++] = col;
+    l->e->mark[col] = 1;
+}
+
+static int rising(const void *a, const void *b)
+{
+    const int *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+/* The columns and pivots that digits of b can be found at. Linear in their entries, and sorting. */
+static void reach_all(struct lift *l)
+{
+    struct exact_echelon *e = l->e;
+    for (int k = 0; k < l->b->entries; k++)
+        reach(l, l->b->col[k]);
+    for (int i = 0; i < l->cols; i++) {
+        int q = e->pivot_of[l->col[i]];
+        if (q < 0)
+            continue;
+        const struct exact_pivot *p = e->pivot + q;
+        l->pivot[l->pivots++] = q;
+        for (int k = 0; k < p->entries; k++)
+            reach(l, p->entry[k].col);
+        for (int k = 0; k < p->ops; k++)
+            reach(l, e->pivot[p->op[k].pivot].col);
+        for (int k = 0; k < e->given[p->row]->entries; k++)
+            reach(l, e->given[p->row]->col[k]);
+    }
+    for (int i = 0; i < l->cols; i++)
+        e->mark[l->col[i]] = 0;
+    qsort(l->pivot, (size_t)l->pivots, sizeof *l->pivot, rising);
+}
+
 static void lift_init(struct lift *l, struct exact_echelon *e)
 {
     size_t n = (size_t)e->pivots + 1;
+    l->col = sga_take(&l->mem, ((size_t)e->cols + 1) * sizeof *l->col);
+    l->pivot = sga_take(&l->mem, n * sizeof *l->pivot);
+    reach_all(l);
     l->w = sga_take(&l->mem, ((size_t)e->cols + 1) * sizeof *l->w);
     l->z = sga_take(&l->mem, n * sizeof *l->z);
-    l->used = sga_zeros(&l->mem, n, 1);
-    l->sum = sga_zeros(&l->mem, n, sizeof *l->sum);
+    l->used = sga_take(&l->mem, n);
+    l->sum = sga_take(&l->mem, n * sizeof *l->sum);
     fmpz_init_set_ui(l->power, 1);
-    for (int j = 0; j < e->cols; j++)
-        fmpz_zero(e->residue + j);
+    for (int i = 0; i < l->pivots; i++) {
+        l->used[l->pivot[i]] = 0;
+        fmpz_init(l->sum + l->pivot[i]);
+    }
+    for (int i = 0; i < l->cols; i++)
+        fmpz_zero(e->residue + l->col[i]);
     for (int k = 0; k < l->b->entries; k++)
         if (l->whole || e->pivot_of[l->b->col[k]] >= 0)
             fmpz_set(e->residue + l->b->col[k], l->b->value + k);
@@ -207,8 +260,8 @@ static void lift_init(struct lift *l, struct exact_echelon *e)
 
 static void lift_clear(struct lift *l)
 {
-    for (int q = 0; q < l->e->pivots; q++)
-        fmpz_clear(l->sum + q);
+    for (int i = 0; i < l->pivots; i++)
+        fmpz_clear(l->sum + l->pivot[i]);
     sga_arena_end(&l->mem);
     fmpz_clear(l->power);
 }
@@ -220,9 +273,9 @@ enum exact_found exact_combine(struct exact_echelon *e, const struct exact_row *
     enum exact_found found = EXACT_NO;
     *c = (struct exact_combination){ .count = 0 };
     fmpz_init_set_ui(c->den, 1);
-    c->pivot = sga_malloc(((size_t)e->pivots + 1) * sizeof *c->pivot);
-    c->factor = sga_calloc((size_t)e->pivots + 1, sizeof *c->factor);
     lift_init(&l, e);
+    c->pivot = sga_malloc(((size_t)l.pivots + 1) * sizeof *c->pivot);
+    c->factor = sga_calloc((size_t)l.pivots + 1, sizeof *c->factor);
     for (int k = 1, look = 1;; k++) {
         if (!sga_budget_ok(budget, err)) {
             found = EXACT_STOPPED;
