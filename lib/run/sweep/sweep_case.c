@@ -145,17 +145,18 @@ static const expr_id *place_events(struct sweep_case *c, const struct traj_reque
     return e + q->mass->entries;
 }
 
-static void place_slopes(struct sweep_case *c, const struct traj_request *q, const expr_id *e)
+static const expr_id *place_slopes(struct sweep_case *c, const struct traj_request *q, const expr_id *e)
 {
     int count[3];
     if (!q->slopes)
-        return;
+        return e;
     slopes_count(q, count);
     c->slopes = *q->slopes;
     c->slopes.event = e;
     c->slopes.set = e + count[0];
     c->slopes.mass = e + count[0] + count[1];
     c->request.slopes = &c->slopes;
+    return c->slopes.mass + count[2];
 }
 
 static const expr_id *place_turns(struct sweep_case *c, const struct traj_request *q, const expr_id *e)
@@ -171,7 +172,7 @@ static const expr_id *place_turns(struct sweep_case *c, const struct traj_reques
 }
 
 /* Takes the copies, in the order in which they were gathered. */
-static void place_system(struct sweep_case *c, const struct sys_system *s, const struct traj_request *q, const expr_id *e)
+static const expr_id *place_system(struct sweep_case *c, const struct sys_system *s, const struct traj_request *q, const expr_id *e)
 {
     assert(c->system.variables == s->variables || !c->system.variables);
     struct sys_system *to = &c->system;
@@ -212,7 +213,7 @@ static void place_system(struct sweep_case *c, const struct sys_system *s, const
     c->request.exact_time = q->exact_time ? e : NULL;
     e += q->exact_time ? q->samples : 0;
     c->request.valued = e;
-    place_slopes(c, q, place_turns(c, q, e + q->valueds));
+    return place_slopes(c, q, place_turns(c, q, e + q->valueds));
 }
 
 static const expr_id *place_solution(struct sweep_case *c, const struct sga_solution *s, int n, const expr_id *e)
@@ -291,7 +292,7 @@ bool sweep_case_of(struct sweep_case *c, const struct request *of, const struct 
     }
     const expr_id *end = ok ? place_system(c, s, request, c->node) : NULL;
     assert(!ok || end == c->node + systems);       /* all that was gathered, in the same order */
-    end = ok && c->solved ? place_solution(c, solution, s->variables, end) : NULL;
+    end = ok && c->solved ? place_solution(c, solution, s->variables, c->node + systems) : NULL;
     assert(!end || end == c->node + all.count);
     free(all.node);
     free(value);
