@@ -30,11 +30,9 @@ static const double B1 = 0.12795275590551164, B2 = 0.3568548387096781, B3 = 0.38
 #define FORGET 0.7
 /* How errors are forgotten, from step to step. */
 #define LATELY 0.9
-/* What is missed of the error over the whole motion: so little where the length of parts can be chosen, within bounds; and at most so much. */
-#define MISSED_LITTLE 0.3
-#define SHORTEST 0.25
-#define DOUBTFUL 2.0
-enum { MOST_PARTS = 24, UNSETTLED = 3, FIRST_PARTS = 4 };
+/* So many parts of the whole motion may be as long as that: more are to be shorter, by the eighth root. */
+#define MANY 200.0
+enum { MOST_PARTS = 12, UNSETTLED = 3, FIRST_PARTS = 4 };
 /* How far a step's end was moved onto the manifold is a part of its error, and usually a small one: where it is not, the error was estimated too low. */
 #define MOVED 10.0
 /* Of the size that a Runge-Kutta step's error is estimated to have, what it is to be taken for: measured. */
@@ -48,12 +46,11 @@ struct ode_companion {
     int n;
     bool lost;
     const double *noise;
-    double *e, *from, *g[4], *y, *at, *k, *end, *size, *late, *flow;    /* n each */
+    double *e, *from, *g[4], *y, *at, *k, *end, *size, *late;    /* n each */
     double *rows;              /* count x n */
     double moved;              /* the end of the step, onto the manifold, in units of the error allowed */
-    double rate, bend;         /* the largest of late, see rate_of */
-    double turned, doubt;      /* sums of z = |h| rate, and of what the formula misses, z^5 / 120, where it is not known otherwise */
-    long steps, evaluations;
+    double rate;               /* the largest of late, see rate_of */
+    long steps, parts, evaluations;
     double *memory;
 };
 
@@ -75,8 +72,8 @@ struct ode_companion *ode_companion_new(const struct ode_run *run, const double 
     size_t n = (size_t)run->p->n;
     c->n = run->p->n;
     c->noise = noise;
-    double *at = c->memory = sga_calloc((13 + (size_t)run->start->count) * n + 1, sizeof *c->memory);
-    double **vectors[] = { &c->e, &c->from, c->g, c->g + 1, c->g + 2, c->g + 3, &c->y, &c->at, &c->k, &c->end, &c->size, &c->late, &c->flow };
+    double *at = c->memory = sga_calloc((12 + (size_t)run->start->count) * n + 1, sizeof *c->memory);
+    double **vectors[] = { &c->e, &c->from, c->g, c->g + 1, c->g + 2, c->g + 3, &c->y, &c->at, &c->k, &c->end, &c->size, &c->late };
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, at += n)
         *vectors[i] = at;
     c->rows = at;
@@ -138,9 +135,8 @@ static double part_of_size(struct ode_companion *c, const struct ode_march *m)
     return most;
 }
 
-/* How fast the error changes: sqrt(|J J e| / |e|), in which the sizes of variables and their rates cancel; *square: h^2 s; and how far
- * J J e is from s e (c->bend), the sine of an angle. After the second slope. */
-static double rate_of(struct ode_companion *c, double h, double *square)
+/* How fast the error changes: sqrt(|J J e| / |e|), in which the sizes of variables and their rates cancel; *square: h^2 s. After the second slope. */
+static double rate_of(const struct ode_companion *c, double h, double *square)
 {
     double up = 0, down = 0, both = 0;
     for (int j = 0; j < c->n; j++) {
@@ -150,17 +146,14 @@ static double rate_of(struct ode_companion *c, double h, double *square)
         both += a * b;
     }
     *square = down > 0 ? both / down * (h / C2) : 0;
-    double bend = up * down > 0 ? sqrt(sga_larger(0, 1 - both * (both / (up * down)))) : 0;
-    c->bend = sga_larger(FORGET * c->bend, bend);
     return down > 0 ? sqrt(sqrt(up / down) / (C2 * fabs(h))) : 0;
 }
 
-/* How long parts of the present step are to be, of the inverse of the rate, so that what all of them miss stays small. */
+/* How long parts of the present step are to be, of the inverse of the rate. */
 static double reach(const struct ode_companion *c, const struct ode_march *m)
 {
-    double way = fabs(m->t - m->start->t), all = way > 0 ? c->turned * (fabs(m->stop - m->start->t) / way) * c->bend : 0;
-    double most = all > 0 ? sqrt(sqrt(120 * MISSED_LITTLE / all)) : REACH;
-    return most < REACH ? sga_larger(most, SHORTEST) : REACH;
+    double way = fabs(m->t - m->start->t), all = way > 0 ? (double)c->parts * (fabs(m->stop - m->start->t) / way) : 0;
+    return all > MANY ? REACH * sqrt(sqrt(sqrt(MANY / all))) : REACH;
 }
 
 /* One part of a step. */
@@ -199,35 +192,6 @@ static void place(const struct part *q, int which, double part)
     m->method->place(m->state, &m->step, which, q->theta + part * q->share, m->companion->at, m->companion->k);
 }
 
-/* What of the error is a shift along the motion, in units of the field f at the start of a part: the flow carries that as it carries the field, and
- * it is taken out of c->e. No formula could hold it apart from the rest over many periods. */
-static double take_shift(struct ode_companion *c, const struct ode_march *m, const double *f)
-{
-    double ff = 0, ef = 0;
-    for (int j = 0; j < c->n && m->p->autonomous; j++) {
-        double part = c->size[j] > 0 ? 1 / c->size[j] : 0, a = f[j] * part;
-        ff += a * a;
-        ef += a * c->e[j] * part;
-    }
-    double shift = ff > 0 ? ef / ff : 0;
-    for (int j = 0; j < c->n && m->p->autonomous; j++) {
-        c->flow[j] = shift * f[j];
-        c->e[j] -= c->flow[j];
-    }
-    return shift;
-}
-
-/* After a part of size h, at whose end the field is f: the shift comes back, with its share in what samples inside are interpolated from. */
-static void give_shift(struct ode_companion *c, double shift, const double *f, double h)
-{
-    for (int j = 0; j < c->n && shift != 0; j++) {
-        double now = shift * f[j];
-        c->e[j] += now;
-        c->from[j] += c->flow[j];
-        c->g[0][j] += (now - c->flow[j]) / h;
-    }
-}
-
 /* After the first slope: c->e becomes the error at the end of the part. False: refused. */
 static bool follow(const struct part *q)
 {
@@ -255,11 +219,9 @@ static bool follow(const struct part *q)
     double cosine = s * s * s / 720 * (1 + s / 56 * (1 + s / 90 * (1 + s / 132))), sine = h * s * s / 120 * (1 + s / 42 * (1 + s / 72 * (1 + s / 110)));
     for (int j = 0; j < c->n; j++)
         c->e[j] += h * (B1 * g[0][j] + B2 * g[1][j] + B3 * g[2][j] + B4 * g[3][j]) + (cosine * c->e[j] + sine * g[0][j]);
-    double z = rate * fabs(h);
     c->rate = sga_larger(FORGET * c->rate, rate);
-    c->turned += z;
-    c->doubt += c->steps > UNSETTLED ? c->bend * (z * z) * (z * z) * z / 120 : 0;
-    return c->doubt < DOUBTFUL;
+    c->parts++;
+    return true;
 }
 
 /* Samples inside the part: between the errors at its ends, with the slope at its start. */
@@ -285,18 +247,16 @@ static bool follow_step(struct ode_march *m, double large, int through)
 {
     struct ode_companion *c = m->companion;
     struct part q = { .m = m, .large = large };
-    int parts = m->method->series ? (c->turned > 0 ? 1 : FIRST_PARTS) + (int)sga_smaller(c->rate * fabs(m->step.h) / reach(c, m), MOST_PARTS) : 1, next = m->next;
+    int parts = m->method->series ? (c->parts ? 1 : FIRST_PARTS) + (int)sga_smaller(c->rate * fabs(m->step.h) / reach(c, m), MOST_PARTS) : 1, next = m->next;
     q.share = 1.0 / parts;
     q.h = m->step.h * q.share;
     q.coded = m->p->code && m->p->code(m->p->ctx, &q.code);
     for (int i = 0; i < parts; i++) {
-        double shift = take_shift(c, m, i ? c->k : m->f);
         if (!slope(&q, 0, q.theta, i ? c->at : m->x, i ? c->k : m->f, c->e, c->g[0]))
             return false;
         sga_copy(c->from, c->e, c->n);
         if (!follow(&q))
             return false;
-        give_shift(c, shift, i == parts - 1 ? m->f1 : c->k, q.h);
         next = inside(&q, next, through);
         q.theta += q.share;
     }

@@ -101,8 +101,7 @@ struct ode_problem {
     /* dx (n) = X(t, x). False: outside the domain, or singular, or not finite. Values
      * that are not finite are taken as false too. */
     bool (*rhs)(void *ctx, double t, const double *x, double *dx);
-    bool autonomous;           /* neither the field nor the manifold depends on time; false: they may */
-    /* The field without ceremony, for the stages of a step: false (or NULL): there is no such
+    /* The same without ceremony, for the stages of a step: false (or NULL): there is no such
      * code at present. The calls 0 .. calls - 1 were made, results finite: are they the
      * field's values? If not, rhs is asked for each. */
     bool (*code)(void *ctx, struct ode_code *code);

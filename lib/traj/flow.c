@@ -471,28 +471,13 @@ static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field
 
 void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq->budget ? rq->budget->exec : NULL, rq->programs); }
 
-/* Whether time stands in the field or in the constraints, as far as that is soon told. */
-static bool in_time(const struct flow *f)
-{
-    enum { SOON = 300 };
-    const struct sga_solution *sol = f->given->sol;
-    bool time = f->sys->signals || f->n > SOON || !f->field.fast;
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
-    expr_cone_init(&cone);
-    for (int j = 0; j < f->n && !time; j++)
-        time = expr_depends(f->sys->store, &cone, f->field.root[j], f->sys->time);
-    for (int i = 0; i < sol->constraints && !time; i++)
-        time = expr_depends(f->sys->store, &cone, sol->constraint[i].expr, f->sys->time);
-    return time;
-}
-
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     flow_code(f, rq);
     bool watched = !f->field.whole && (f->field.pivots || f->field.poles || f->charts || f->field.switches.count);
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     assert(!(f->field.whole && f->field.fast));       /* the equations as they stand are in place of all else */
-    return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .autonomous = !in_time(f), .code = code, .stages = stages, .code_holds = code_holds,
+    return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .tangent = tangent, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,
                                  .implicit = f->field.whole ? whole_equations(f->field.whole) : NULL,
