@@ -34,7 +34,6 @@ struct dop853 {
     double *work;     /* a vector */
     double *poly;     /* 7 vectors: the polynomial's coefficients */
     struct sga_stages plan;
-    double e5;        /* |estimate of order 5|^2 / h^2 of the last step, in units of the error allowed */
     double ratio;     /* of the estimates of order 5 and 3, over h^2, lately; its square */
 };
 
@@ -118,7 +117,6 @@ RK_INLINE void finish_step(struct dop853 *d, struct ode_step *step, size_t strid
             d->y[j] = step->x[j] + step->dx[j];
         norms(d, step, stride, d->y, &e5, &e3);
     }
-    d->e5 = e5;
     double both = e5 + 0.01 * e3, size = fabs(step->h), q = size * trusted(d, e5, both, step->h), whole = both * d->n;
     step->error = both != 0 ? q / sqrt(whole) : 0;
     step->log_error = ode_rough_log(q) - 0.5 * ode_rough_log(whole);
@@ -231,34 +229,6 @@ static void dop853_dense_at(const void *state, const struct ode_step *step, doub
     }
 }
 
-/* The estimate has a size, to which the formula of order 5 gives a direction. */
-static void dop853_missed(const void *state, const struct ode_step *step, double *error)
-{
-    const struct dop853 *d = state;
-    double part = d->e5 > 0 ? copysign(step->error * sqrt(d->n / d->e5), step->h) : 0;
-    for (size_t j = 0; j < (size_t)d->n; j += 2) {
-        rk_two e = part * rk_pair(&dop853_error5, d->k, d->stride, j);
-        error[j] = e[0];
-        if (j + 1 < (size_t)d->n)
-            error[j + 1] = e[1];
-    }
-}
-
-static void dop853_place(const void *state, const struct ode_step *step, int which, double theta, double *x, double *f)
-{
-    static const int stage[] = { 5, 8, DOP853_STAGES - 1 };
-    const struct dop853 *d = state;
-    size_t s = (size_t)stage[which - 1];
-    (void)theta;
-    for (size_t j = 0; j < (size_t)d->n; j++) {
-        double sum = 0;
-        for (int m = 0; m < dop853_a[s].count && which < 3; m++)
-            sum += dop853_a[s].a[m] * d->k[(size_t)dop853_a[s].stage[m] * d->stride + j];
-        x[j] = which < 3 ? d->x[j] + step->h * sum : d->y_last[j];
-        f[j] = d->k[s * d->stride + j];
-    }
-}
-
 const struct ode_method ode_dop853 = {
     .name = "dop853",
     .what = "explicit Runge-Kutta of order 8 (Dormand-Prince 8(5,3)), dense output of order 7",
@@ -274,6 +244,4 @@ const struct ode_method ode_dop853 = {
     .dense_begin = dop853_dense_begin,
     .stiff = dop853_stiff,
     .dense_at = dop853_dense_at,
-    .missed = dop853_missed,
-    .place = dop853_place,
 };

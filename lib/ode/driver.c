@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "budget.h"
-#include "companion.h"
 #include "share.h"
 #include "error.h"
 #include "larger.h"
@@ -155,8 +154,6 @@ static bool begin(struct ode_march *m, double *h)
         memcpy(m->res->samples + (size_t)m->next * n, m->x, n * sizeof *m->x);
         m->res->max_residual = residual;
     }
-    if (m->companion)
-        ode_companion_start(m);
     if (m->next == m->start->count)
         return false;
     ode_prepare_step(m, m->stop - m->t);
@@ -268,7 +265,6 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
         sga_copy(m->work, m->x1, m->p->n);
     if (!ode_settle(m, m->t1, m->x1, ode_settle_most(m, m->step.doubt), &residual))
         return MANIFOLD_REFUSED;
-    m->end_moved = m->moved;
     for (int j = 0; m->p->project && j < m->p->n; j++)
         if (m->work[j] != m->x1[j])
             m->carry1[j] = 0;
@@ -318,8 +314,6 @@ static void commit(struct ode_march *m, double h, int through)
     swap(&m->carry, &m->carry1);
     swap(&m->f, &m->f1);
     if (m->p->taken && m->p->taken(m->p->ctx, m->t, m->x)) {
-        if (m->companion)
-            ode_companion_lose(m->companion);
         memset(m->carry, 0, (size_t)m->p->n * sizeof *m->carry);
         if (ode_eval(&m->field, m->t, m->x, m->work))      /* otherwise the next step says so */
             sga_copy(m->f, m->work, m->p->n);
@@ -454,8 +448,6 @@ static void go(struct ode_march *m)
         int through = m->next;
         enum ode_refusal cause = attempt(m, &taken, aim, &through);
         if (cause == STEP_TAKEN) {
-            if (m->companion)
-                ode_companion_step(m, through);
             commit(m, taken, through);
             ode_bands_pass(m);
             if (m->stopped) {
@@ -499,7 +491,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     res->samples = sga_malloc(((size_t)start->count * (size_t)run->p->n + 1) * sizeof(double));
     struct ode_march m = {
         .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside, .series = run->series,
-        .companion = run->companion, .res = res, .method = method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside, run->noise},
+        .res = res, .method = method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside, run->noise},
         .manifold_why = ODE_CONSTRAINT_LOST, .t = start->t, .stop = start->times[start->count - 1],
     };
     m.dense_ratio = 1;

@@ -10,11 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "arena.h"
-#include "budget.h"
-#include "companion.h"
 #include "larger.h"
 #include "march.h"
+#include "budget.h"
 #include "mem.h"
 #include "tolerance.h"
 
@@ -200,8 +198,8 @@ static void march(const struct ode_run *next, struct ode_result *res)
         free((double *)late.times);
 }
 
-/* One more solution after *res, `ratio` tighter. False, with shortfall set: *res stays. known: it was computed before, and is taken over; NULL: it was not. */
-static bool tighten(const struct ode_run *run, struct ode_run *next, double ratio, struct ode_result *known, struct ode_result *res)
+/* One more solution after *res, `ratio` tighter. False, with shortfall set: *res stays. */
+static bool tighten(const struct ode_run *run, struct ode_run *next, double ratio, struct ode_result *res)
 {
     struct ode_result tight;
     double before = res->worst;
@@ -209,10 +207,7 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
     next->o.rtol /= ratio;
     next->o.atol /= ratio;
     next->level++;
-    if (known)
-        tight = *known;
-    else
-        march(next, &tight);
+    march(next, &tight);
     if (tight.count < res->count && (out_of_budget(&tight) || tight.end.reason == ODE_STEP_LIMIT)) {
         res->shortfall = out_of_budget(&tight) ? "the time granted ended before a tighter solution was found"
                                                : "a tighter solution takes more steps than are allowed";
@@ -262,15 +257,15 @@ static void drop_lost(struct ode_result *res)
         res->max_error = fmax(res->max_error, res->error[k]);
 }
 
-/* n: by how many roundings the field may be wrong, where these are more than `quiet`; else NULL. */
-static double *noise_of(const struct ode_run *run, double quiet)
+/* n: by how many roundings the field may be wrong, where these are more than a few; else NULL. */
+static double *noise_of(const struct ode_run *run)
 {
     const struct ode_problem *p = run->p;
     double *noise = sga_malloc(((size_t)p->n + 1) * sizeof *noise), most = 0;
     bool known = p->noise && p->noise(p->ctx, run->start->t, run->start->x, noise);
     for (int j = 0; j < p->n && known; j++)
         most = sga_larger(most, noise[j]);
-    if (most > quiet)
+    if (most > QUIET)
         return noise;
     free(noise);
     return NULL;
@@ -302,7 +297,7 @@ static void drop_events(const struct ode_run *run, double t, struct ode_result *
 }
 
 /* The time for the first solution ended: its samples are solved once more, tighter. As many as that reaches are kept, with their errors. */
-static void keep_rows(const struct ode_run *run, struct ode_run *next, struct ode_result *known, struct ode_result *res)
+static void keep_rows(const struct ode_run *run, struct ode_run *next, struct ode_result *res)
 {
     struct ode_start part = *run->start;
     struct ode_end end = res->end;
@@ -312,11 +307,7 @@ static void keep_rows(const struct ode_run *run, struct ode_run *next, struct od
     next->o.rtol /= LOOSER;
     next->o.atol /= LOOSER;
     next->level++;
-    if (known)
-        tight = *known;
-    else
-        march(next, &tight);
-    tight.count = tight.count < part.count ? tight.count : part.count;
+    march(next, &tight);
     end.t = tight.count > 0 ? part.times[tight.count - 1] : run->start->t;
     if (tight.end.reason == ODE_NONE || tight.end.reason == ODE_TIME_LIMIT) {
         drop_events(run, end.t, &tight);
@@ -329,43 +320,7 @@ static void keep_rows(const struct ode_run *run, struct ode_run *next, struct od
         res->shortfall = "the time granted ended before a tighter solution was found";
 }
 
-/* What the error that went along with a solution is multiplied by. */
-#define FOLLOWED 3.0
-/* How many tighter ones are tried, and how much tighter one may be: the error of series, which is followed as it is, tells how much is wanted.
- * That of Runge-Kutta steps is a bound, which two solutions that are compared may undercut by far. */
-enum { TIGHTER = 2 };
-#define TIGHTEST_RATIO 1e5
-/* With tighter tolerances errors are mostly roundings of the solution's own, which two solutions show better. */
-#define FINEST 0.99e-13
-
-/* Errors of *res by those that went along with it. */
-static void followed_errors(const struct ode_run *run, const double *error, struct ode_result *res)
-{
-    struct ode_result beside = { .n = res->n, .count = res->count, .end = res->end };
-    size_t all = (size_t)res->count * (size_t)res->n;
-    beside.samples = sga_malloc((all + 1) * sizeof *beside.samples);
-    for (size_t i = 0; i < all; i++)
-        beside.samples[i] = res->samples[i] + error[i];
-    set_errors(run, FOLLOWED, res, &beside);
-    free(beside.samples);
-}
-
-/* One solution whose error is followed along its steps. False: it could not be followed; *res is that solution all the same. */
-static bool follow(const struct ode_run *run, struct ode_run *next, const double *noise, struct ode_result *res)
-{
-    next->companion = ode_companion_new(next, noise);
-    march_first(next, res);
-    const double *error = ode_companion_errors(next->companion);
-    bool ended = res->end.reason == ODE_NONE || (res->end.reason == ODE_TIME_LIMIT && run->o.keep_rows && res->count > 0);
-    if (error && ended)
-        followed_errors(run, error, res);
-    res->second.evaluations += ode_companion_evaluations(next->companion);
-    ode_companion_free(next->companion);
-    next->companion = NULL;
-    return error && ended;
-}
-
-static void compare(const struct ode_run *run, const double *noise, struct ode_result *known, struct ode_result *res)
+static void global(const struct ode_run *run, const double *noise, struct ode_result *res)
 {
     struct ode_run next = *run;
     next.o.rtol = first_rtol(run->o.rtol, run->o.atol);
@@ -376,9 +331,7 @@ static void compare(const struct ode_run *run, const double *noise, struct ode_r
     next.noise = NULL;
     if (out_of_budget(res)) {
         if (run->o.keep_rows && res->end.reason == ODE_TIME_LIMIT && res->count > 0)
-            keep_rows(run, &next, known, res);
-        else if (known)
-            ode_result_free(known);
+            keep_rows(run, &next, res);
         return;
     }
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT) {       /* perhaps only because it ran beside the motion */
@@ -387,7 +340,7 @@ static void compare(const struct ode_run *run, const double *noise, struct ode_r
         replace(res, &again);
     }
     res->worst = 0;
-    if (!tighten(run, &next, LOOSER, known, res)) {
+    if (!tighten(run, &next, LOOSER, res)) {
         /* the loose one is all there is: what is known of its error is nothing */
         size_t each = (size_t)res->count * (size_t)(run->p->output ? run->p->outputs : run->p->n);
         res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
@@ -405,7 +358,7 @@ static void compare(const struct ode_run *run, const double *noise, struct ode_r
             res->shortfall = why_not(res);
             return;
         }
-        if (!tighten(run, &next, ratio, NULL, res))
+        if (!tighten(run, &next, ratio, res))
             return;
         if (!(res->worst < 0.9 * before) && next.o.rtol < ROUNDING_RTOL) {
             res->shortfall = why_not(res);
@@ -416,75 +369,9 @@ static void compare(const struct ode_run *run, const double *noise, struct ode_r
         res->shortfall = "no tighter solution was asked for";
 }
 
-/* The solution that was followed is to be compared with another one all the same: what was said of its errors is taken back. */
-static void unsay(struct ode_result *res)
-{
-    free(res->error);
-    free(res->column_error);
-    res->error = res->column_error = NULL;
-    res->max_error = res->worst = -1;
-}
-
-/* Tighter solutions, each followed, until the estimate of *res is within what was asked for. False: none of them comes there; *res is as it was. */
-static bool follow_tighter(const struct ode_run *run, struct ode_run *next, const double *noise, struct ode_result *res)
-{
-    struct ode_result best = *res, tight;
-    double worst = res->worst;
-    struct ode_stats spent = { 0 };
-    for (int turn = 0; turn < TIGHTER; turn++) {
-        double ratio = fmin(fmin(TIGHTEST_RATIO, fmax(LOOSER, 2 * worst)), next->o.rtol > 0 ? next->o.rtol / FINEST : TIGHTEST_RATIO);
-        if (!(ratio >= 0.5 * LOOSER))
-            break;
-        next->o.rtol /= ratio;
-        next->o.atol /= ratio;
-        bool followed = follow(run, next, noise, &tight) && tight.end.reason == ODE_NONE;
-        if (followed && tight.worst <= 1) {
-            add_stats(&tight.second, &spent);
-            replace(res, &tight);
-            res->solutions += turn;
-            return true;
-        }
-        worst = followed ? tight.worst : -1;
-        add_stats(&spent, &tight.stats);
-        add_stats(&spent, &tight.second);
-        ode_result_free(&tight);
-        if (!followed)
-            break;
-    }
-    add_stats(&best.second, &spent);
-    *res = best;
-    return false;
-}
-
-static void global(const struct ode_run *run, const double *noise, struct ode_result *res)
-{
-    struct ode_run next = *run;
-    struct ode_result tight;
-    next.o.rtol /= LOOSER;       /* as tight as the second of two */
-    next.o.atol /= LOOSER;
-    next.level = 1;
-    if (next.o.rtol < FINEST || !ode_companion_fits(run)) {
-        compare(run, noise, NULL, res);
-        return;
-    }
-    SGA_FREED double *all = noise_of(run, 1);
-    bool followed = follow(run, &next, all, &tight), late = out_of_budget(&tight), enough = followed && (tight.worst <= 1 || !run->o.refine);
-    if (late && !followed && run->o.keep_rows && tight.end.reason == ODE_TIME_LIMIT) {
-        ode_result_free(&tight);
-        compare(run, noise, NULL, res);
-    } else if (late || enough || (followed && strstr(tight.method, ode_taylor.name) && follow_tighter(run, &next, all, &tight))) {
-        *res = tight;
-        if (followed && res->worst > 1)
-            res->shortfall = late ? "the time granted ended before a tighter solution was found" : "no tighter solution was asked for";
-    } else {
-        unsay(&tight);
-        compare(run, noise, &tight, res);
-    }
-}
-
 void ode_global(const struct ode_run *run, struct ode_result *res)
 {
-    double *noise = noise_of(run, QUIET);
+    double *noise = noise_of(run);
     global(run, noise, res);
     free(noise);
     drop_lost(res);

@@ -36,7 +36,6 @@ struct ode_run {
     int level;                      /* of several: later ones take more steps to a sample */
     bool beside;                    /* start and field are wrong by a rounding, on purpose, */
     const double *noise;            /* the field by so many; NULL: one */
-    struct ode_companion *companion;    /* companion.c's, which goes along; NULL: none */
 };
 
 /* Corrections that do not shrink with the steps. */
@@ -80,11 +79,10 @@ struct ode_march {
     struct ode_watch *watch;        /* event.c's; NULL: no events */
     struct ode_kinks *kinks;        /* kink.c's; NULL: no switches */
     struct ode_bands *bands;        /* band.c's; NULL: none */
-    struct ode_companion *companion;    /* companion.c's; NULL: none */
     bool stopped;                   /* by an event in the present step */
     struct ode_grain grain;         /* settle.c */
     double pending_residual;        /* of samples in the present step */
-    double moved, end_moved;        /* by the last projection; by that of the present step's end */
+    double moved;                   /* by the last projection */
     enum ode_reason manifold_why;   /* of the last refusal by `project` */
     bool field_refused;             /* ever, and from which time last */
     double field_refused_t;

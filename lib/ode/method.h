@@ -101,10 +101,6 @@ struct ode_method {
     bool (*stiff)(const void *state, const struct ode_step *step);
     /* x (n) at t + theta h, 0 <= theta <= 1. */
     void (*dense_at)(const void *state, const struct ode_step *step, double theta, double *x);
-    /* For companion.c, after a step was accepted; both or none. The error that the step made, true less computed, as far as it can be told (n);
-     * the state (n) and the field there (n) at part theta of the step, which is one of places 1 to 3 of that file's formula where a step cannot be parted. */
-    void (*missed)(const void *state, const struct ode_step *step, double *error);
-    void (*place)(const void *state, const struct ode_step *step, int which, double theta, double *x, double *f);
 };
 
 extern const struct ode_method ode_tsit5, ode_dop853, ode_radau, ode_taylor;

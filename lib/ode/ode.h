@@ -119,9 +119,6 @@ struct ode_problem {
      * False: it cannot (x may then hold anything). */
     bool (*project)(void *ctx, double t, double *x, const double *scale, double *moved,
                     double *residual);
-    /* e, an error at (t, x) on the manifold, loses what leads off it, in the same norm, as far as this is linear. False: it cannot.
-     * NULL with `project`: errors are not followed along the motion. */
-    bool (*tangent)(void *ctx, double t, const double *x, const double *scale, double *e);
     /* Switches were turned, and the constraints jumped: what may jump too (variables that no equation differentiates) is solved for
      * anew, the rest stays. False: it cannot, and x is as it was. NULL: nothing may jump. */
     bool (*jump)(void *ctx, double t, double *x);
@@ -276,14 +273,13 @@ struct ode_result {
  * nothing to free. Otherwise fills *res (whatever it held), to be released with
  * ode_result_free; also where the budget ended, with reason TIME_LIMIT or CANCELLED.
  *
- * With estimate_global_error the solution delivered is a tenth as tolerant as was asked for. Where it is smooth (explicit steps, no events,
- * switches or breaks; not at the finest tolerances) its error is followed along its own steps (companion.h), and the estimate is some multiple
- * of that. Elsewhere a second solution is computed at the tolerances asked for; the difference, which is the error of
- * the looser one, gives the estimate. Either is some 15 to 50 times too large in the median, and
- * holds. What is compared or followed starts a rounding beside the start and follows a field that is
- * wrong by a rounding, so that the effect of rounded data shows too. Cost: about 1.3 times one solution, or 1.9
- * times. With `refine` a tighter one follows while the estimate exceeds the
- * tolerances; `shortfall` says why that was given up.
+ * With estimate_global_error two solutions are computed, at the tolerances and at a
+ * tenth of them. The tighter one is delivered; their difference, which is the error of
+ * the looser one, gives the estimate: it is some 15 times too large in the median, and
+ * holds. The looser one starts a rounding beside the start and follows a field that is
+ * wrong by a rounding, so that the effect of rounded data shows too. Cost: about 2.3
+ * times one solution. With `refine` a tighter one follows while the estimate exceeds the
+ * tolerances, each against the one before; `shortfall` says why that was given up.
  *
  * Tolerances below 1e-14 (relative) cannot be met in double precision and are raised. */
 bool ode_solve(const struct ode_problem *p, const struct ode_start *start,

@@ -261,8 +261,6 @@ static bool defect(struct taylor *w, struct ode_field *field, const struct ode_s
             w->slope[j] -= w->f[j];
         misses = h * weighted(w, w->slope);
         sizes = h * weighted(w, w->f);
-        for (int j = 0; j < w->n; j++)
-            w->slope[j] += w->f[j];
     } else {
         misses = h * sqrt(misses * w->per_n);
         sizes = h * sqrt(sizes * w->per_n);
@@ -331,24 +329,6 @@ static void taylor_dense_at(const void *state, const struct ode_step *step, doub
         x[j] += step->x[j];
 }
 
-/* The polynomial u of order p solves u' = X(t, u) + d, and d grows as the power p of time: it adds up to h d / (p + 1). */
-static void taylor_missed(const void *state, const struct ode_step *step, double *error)
-{
-    const struct taylor *w = state;
-    double part = step->h / (w->order + 1);
-    for (int j = 0; j < w->n; j++)
-        error[j] = part * (w->f[j] - w->slope[j]);
-}
-
-static void taylor_place(const void *state, const struct ode_step *step, int which, double theta, double *x, double *f)
-{
-    const struct taylor *w = state;
-    (void)which;
-    evaluate(w, theta * step->h / w->scale, x, f);
-    for (int j = 0; j < w->n; j++)
-        x[j] += step->x[j];
-}
-
 const struct ode_method ode_taylor = {
     .name = "taylor",
     .what = "Taylor series, order and step from the tolerance, dense output of the same order",
@@ -363,6 +343,4 @@ const struct ode_method ode_taylor = {
     .dense_begin = taylor_dense_begin,
     .stiff = taylor_stiff,
     .dense_at = taylor_dense_at,
-    .missed = taylor_missed,
-    .place = taylor_place,
 };

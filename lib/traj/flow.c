@@ -102,12 +102,6 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
     return ok && flow_valued(f, t, x) && given_hold(f->given, t, x, scale) && field_follows(&f->field, t, x);
 }
 
-static bool tangent(void *ctx, double t, const double *x, const double *scale, double *e)
-{
-    struct flow *f = ctx;
-    return !f->manifold.c || (!f->field.whole && manifold_tangent(&f->manifold, t, x, scale, e));
-}
-
 /* Derivatives of what does not jump may jump themselves, as constraints bend: so that the motion's own variables can be had, these are left free where
  * they cannot stay. By how much they jump is told after that (variation_turned). */
 static bool jump_with_derivatives(struct flow *f, double t, double *x)
@@ -478,7 +472,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     assert(!(f->field.whole && f->field.fast));       /* the equations as they stand are in place of all else */
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
-                                 .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .tangent = tangent, .why = why,
+                                 .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,
                                  .implicit = f->field.whole ? whole_equations(f->field.whole) : NULL,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,

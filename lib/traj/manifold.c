@@ -98,7 +98,6 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
 {
     sga_copy(m->in, x, m->n);
     m->in[m->n] = t;
-    m->chord.factor_t = NAN;
     if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
         return -1;
     double worst = 0;

@@ -22,7 +22,7 @@ struct manifold {
     double *big, *slope;           /* by constraint: largest entry of its gradient, scaled and not, where it was formed last */
     double plain;                  /* largest |xi_i| over its largest derivative in units of m->unit, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
-    struct { double *factor, *y, *most, *sum_y, *sum_r, factor_t; } chord;   /* manifold_chord's; factor NULL: too many constraints; at which time the rows were factored, NaN: other rows */
+    struct { double *factor, *y, *most, *sum_y, *sum_r; } chord;   /* manifold_chord's; factor NULL: too many constraints */
 };
 
 /* switches: those that can be held on a side, borrowed; NULL: none. */
@@ -56,10 +56,6 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
  * cheap. False: it is left to manifold_project, from the point as it was. m->raw is the residual, *moved
  * the scaled length of what was added. */
 bool manifold_chord(struct manifold *m, double t, double *x, const double *scale, double *moved);
-
-/* v loses the part that leads off the set at x, on the set, to first order and in the norm of v_j / scale_j. False: the gradients are (nearly)
- * dependent, or too many. Cheap right after manifold_chord at this time. */
-bool manifold_tangent(struct manifold *m, double t, const double *x, const double *scale, double *v);
 
 /* x, whose constraints have jumped, moves to the set, held variables staying: the others follow as the loss falls evenly to 0.
  * What held variables alone miss by less than 1e-6 of natural units stays as it is. False, and x as it was: they would have to jump on the way, or there

@@ -142,7 +142,6 @@ static double way(const struct manifold *m)
 static bool by_chords(struct manifold *m, double t, double *x, const double *scale, double *moved)
 {
     *moved = 0;
-    m->chord.factor_t = NAN;
     if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
         return false;
     scale_rows(m, x, scale);
@@ -150,7 +149,6 @@ static bool by_chords(struct manifold *m, double t, double *x, const double *sca
         return true;
     if (!factor(m))
         return false;
-    m->chord.factor_t = t;
     for (int i = 0; i < m->c; i++)
         m->chord.sum_y[i] = m->chord.sum_r[i] = 0;
     for (int k = 0; k < CHORDS; k++) {
@@ -173,32 +171,6 @@ bool manifold_chord(struct manifold *m, double t, double *x, const double *scale
     m->in[m->n] = t;
     if (by_chords(m, t, x, scale, moved))
         return true;
-    m->chord.factor_t = NAN;
     sga_copy(x, m->in, m->n);
     return false;
-}
-
-bool manifold_tangent(struct manifold *m, double t, const double *x, const double *scale, double *v)
-{
-    if (!m->chord.factor)
-        return false;
-    if (m->chord.factor_t != t) {
-        sga_copy(m->in, x, m->n);
-        m->in[m->n] = t;
-        m->chord.factor_t = NAN;
-        if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
-            return false;
-        scale_rows(m, x, scale);
-        if (!factor(m))
-            return false;
-        m->chord.factor_t = t;
-    }
-    for (int i = 0; i < m->c; i++) {
-        double s = 0;
-        for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++)
-            s += m->value[k] * v[m->jac->col[k]] / scale[m->jac->col[k]];
-        m->r[i] = s;
-    }
-    step(m, v, scale);
-    return true;
 }

@@ -213,7 +213,7 @@ static int compare(const void *a, const void *b)
 static void test_estimate(void)
 {
     static double ratio[KNOWN * 10 * COUNT];
-    int held = 0, all = 0, followed = 0;
+    int held = 0, all = 0;
     double t[COUNT], x[4];
     for (int i = 0; i < KNOWN; i++)
         for (double tol = 1e-3; tol > 5e-13; tol *= 0.1) {
@@ -233,16 +233,11 @@ static void test_estimate(void)
             CHECK(here > 0.85 * (COUNT - 1), "%s at %g: holds in %d of %d", known[i].name, tol,
                   here, COUNT - 1);
             CHECK(largest <= r.max_error, "%s at %g: %g %g", known[i].name, tol, largest, r.max_error);
-            bool alone = r.solutions == 1;       /* its error was followed along its own steps */
-            CHECK(alone == (r.second.steps == 0) && r.second.evaluations > 0 && r.rtol < 0.11 * tol + 1e-14);
-            CHECK(alone || tol >= 1e-3 || r.second.steps < r.stats.steps + 2);
-            CHECK(!alone || r.second.evaluations < 0.4 * r.stats.evaluations, "%ld of %ld", r.second.evaluations, r.stats.evaluations);
-            followed += alone;
+            CHECK(r.second.steps > 0 && (tol >= 1e-3 || r.second.steps < r.stats.steps + 2) && r.rtol < 0.11 * tol + 1e-14);
             ode_result_free(&r);
         }
     qsort(ratio, (size_t)all, sizeof *ratio, compare);
     CHECK(held > 0.95 * all, "%d of %d", held, all);
-    CHECK(followed > 20, "%d", followed);
     CHECK(ratio[all / 2] < 100 && ratio[all / 2] > 1, "median %g", ratio[all / 2]);
     printf("error estimate: holds in %.1f %%, median %.1f times the error\n", 100.0 * held / all,
            ratio[all / 2]);
@@ -279,7 +274,7 @@ static void test_refine(void)
     o.rtol = o.atol = 1e-8;
     o.estimate_global_error = true;
     struct ode_result r;
-    CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.worst > 1 && r.shortfall && r.solutions <= 2, "%g", r.worst);
+    CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.worst > 1 && r.shortfall && r.solutions == 2, "%g", r.worst);
     ode_result_free(&r);
     o.refine = true;
     CHECK(ode_solve(&p, &start, &o, &r, NULL) && r.worst <= 1 && !r.shortfall && r.solutions > 2, "%g %s", r.worst, r.shortfall);

@@ -19,10 +19,9 @@
 #include "exec.h"
 #include "flow.h"
 #include "ode.h"
-#include "oracle.h"
 #include "problem.h"
-#include "reduction.h"
 #include "request.h"
+#include "oracle.h"
 
 static double least_time = 0.05;      /* of repetitions together */
 enum { SLOW = 1 };                    /* seconds of one solution beyond which tighter ones are left out */
