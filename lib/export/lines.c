@@ -111,6 +111,7 @@ static bool put_node(struct writer *w, int i)
     const struct expr_store *st = &w->m->store;
     expr_id e = w->cone.list[i];
     struct sga_buf b = { 0 };
+    assert(w->uses[i] > 0);
     bool leaf = expr_children(st, e) == 0, ok = spell(w, e, &b, &w->piece[i].binds);
     if (ok && !leaf && b.len > (w->uses[i] > 1 ? w->dialect->shared : w->dialect->most))
         put_name(w, &w->piece[i], b.data);

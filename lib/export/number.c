@@ -2,6 +2,7 @@
 
 #include "operators.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -37,6 +38,7 @@ static void put_decimal(const fmpz_t number, int places, struct sga_buf *out)
     memset(digits, '0', DECIMALS + 1);
     fmpz_get_str(digits + DECIMALS + 1, 10, number);
     int n = (int)strlen(digits + DECIMALS + 1);
+    assert(places >= 0 && places <= DECIMALS && n <= DIGITS);
     int zeros = places >= n ? places - n + 1 : 0;         /* so that a digit stands before the point */
     const char *from = digits + DECIMALS + 1 - zeros;
     n += zeros;

@@ -1,4 +1,5 @@
 /* LaTeX and MathML: groups of equations, a row each, as a book would set them. The projection is for programs and is left out. */
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -65,6 +66,7 @@ static bool group(struct page *p, const char *title, const struct export_place *
     sga_buf_printf(p->out, p->marks->title, title);
     bool ok = export_lines(p->m, place, places, p->out, p->err);
     if (ok && end) {                      /* the last row ends by itself */
+        assert(p->out->len >= end && memcmp(p->out->data + p->out->len - end, p->marks->row_end, end) == 0);
         p->out->len -= end;
         sga_buf_puts(p->out, "\n");
     }

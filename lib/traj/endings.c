@@ -1,0 +1,160 @@
+/* Why a motion ends where it does: what is lost there, in words. */
+#include "endings.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "buf.h"
+#include "impulse.h"
+#include "leap.h"
+#include "points.h"
+#include "print.h"
+#include "reduction.h"
+#include "redundant.h"
+#include "system.h"
+#include "trajectory.h"
+
+/* A trajectory that reaches a stratum says what is lost there. */
+static void say_stratum(struct flow *f, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    r->ended_reason = f->field.contradiction ? "gauge_contradiction" : "stratum";
+    r->stratum = !f->field.contradiction;
+    if (f->field.contradiction)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
+    else if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
+        snprintf(r->ended_detail, sizeof r->ended_detail, f->field.lost_pivot < f->field.sides
+                 ? f->field.solution_side[f->field.lost_pivot].unseen
+                   ? "the constraints were found on one side of %s = 0 only: no point of them was found beyond it, so what they say there is not known"
+                   : "the constraints were found on one side of %s = 0 only: beyond it they say something else"
+                 : "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
+    else
+        snprintf(r->ended_detail, sizeof r->ended_detail,
+                 "the rank of the equations drops here: the motion is not determined beyond");
+    sga_buf_free(&text);
+}
+
+/* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
+static const double NEAR_FALL = 1e-2;
+
+/* What grows without bound may be what a stratum leaves undetermined. */
+static void look_for_stratum(struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, false);
+    int rates = pivot < 0 && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, true) : -1;
+    size_t before = strlen(r->ended_detail);
+    if (rates >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[rates], 120, &text))
+        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text.data);
+    else if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
+        double zero = field_zero_ahead(&f->field, pivot), back = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+        if (fabs(zero - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start) && (!r->rows || back * (zero - r->t[r->rows - 1]) >= 0))
+            r->ended_t = zero;
+        r->ended_reason = "stratum";
+        r->stratum = true;
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
+                 "to: it is not determined beyond", text.data);
+    }
+    sga_buf_free(&text);
+}
+
+/* A denominator that came to 0 is named. */
+static void say_pole(struct flow *f, bool grows, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    size_t before = grows ? strlen(r->ended_detail) : 0;
+    if (expr_print(f->field.sys->store, f->field.pole_expr[f->field.lost_pole], 120, &text))
+        snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
+                 "%sthe equations divide by %s, which is 0 here: the motion is not determined beyond", grows ? "; " : "", text.data);
+    sga_buf_free(&text);
+}
+
+/* An equation that was redundant as far as this. */
+static void say_given(struct flow *f, struct traj_result *r)
+{
+    char name[40];
+    given_name(f->given, f->given->lost, name, sizeof name);
+    snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time the motion would not satisfy %s, which was found to follow from the other equations "
+             "where the motion began: give trajectory.initial beyond to see what they say there", name);
+}
+
+/* Whether the motion was refused beyond its end because of a given equation. */
+static bool given_ended(const struct flow *f, const struct traj_request *rq, const struct traj_result *r)
+{
+    double way = rq->times[rq->samples - 1] - rq->start;
+    return f->given->lost >= 0 && fabs(f->given->lost_t - r->ended_t) <= 1e-3 * fabs(way);
+}
+
+/* A jump that only what is differentiated could take up. */
+static bool say_impulse(struct flow *f, struct traj_result *r)
+{
+    double t = r->ended_t, jump;
+    int constraint;
+    if (!impulse_at_end(f, &t, &constraint, &jump))
+        return false;
+    char *text = expr_text(f->sys->store, f->given->sol->constraint[constraint].expr, 120);
+    r->ended_reason = "impulse";
+    r->ended_t = t;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the constraint %s = 0 jumps by %.6g here, and what it holds is differentiated: it would have to jump, by an impulse", text, jump);
+    free(text);
+    return true;
+}
+
+/* A jump of what is differentiated that the equations leave open. */
+static bool say_undecided(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    double way = rq->times[rq->samples - 1] - rq->start;
+    if (!f->leap || !(fabs(f->leap->undecided_t - r->ended_t) <= 1e-9 * fabs(way)))
+        return false;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the constraints jump here, and by how much what is differentiated jumps depends on how they do: the equations do not say it");
+    return true;
+}
+
+/* What has no value beyond the end. */
+static bool say_valued(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct sga_buf text = { 0 };
+    double way = rq->times[rq->samples - 1] - rq->start;
+    bool said = f->lost_value >= 0 && fabs(f->lost_value_t - r->ended_t) <= 1e-3 * fabs(way)
+                && expr_print(f->sys->store, rq->valued[f->lost_value], 120, &text);
+    if (said)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time %s has no value, which one of the equations is solved for a variable by", text.data);
+    sga_buf_free(&text);
+    return said;
+}
+
+static bool by_numbers(enum ode_reason reason)
+{
+    return reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH || reason == ODE_BLOW_UP || reason == ODE_STEP_LIMIT;
+}
+
+/* Endings that the field, its pivots, its denominators or the given equations explain. */
+void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
+{
+    if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN) && (say_undecided(f, rq, r) || say_impulse(f, r)))
+        return;
+    if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start)) {
+        f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */
+        field_fall_refine(&f->field);
+        r->ended_t = f->field.fell_t;
+        say_stratum(f, r);
+        return;
+    }
+    if (reason == ODE_CONSTRAINT_LOST && given_ended(f, rq, r)) {
+        say_given(f, r);
+        return;
+    }
+    if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
+        return;
+    if (reason == ODE_SINGULAR)
+        say_stratum(f, r);
+    else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
+        say_pole(f, false, r);
+    else if (reason == ODE_BLOW_UP) {
+        if (f->field.lost_pole >= 0)
+            say_pole(f, true, r);
+        look_for_stratum(f, rq, r);
+    }
+}
