@@ -57,7 +57,8 @@ bool jump_assign(struct jump *j, const struct jump_at *at, double *x, unsigned c
  * stays; velocities of masses take the impulse of constraints (jump_impulse.h); of the rest moves as little as
  * will do: what no equation differentiates; then velocities but no positions (variables whose derivative is a variable, and those of constraints without a
  * set variable); then other variables than those of constraints without a set one. To the nearest point each time. */
-/* The start nearest to to->x for jump_land, without impulses; in which way it was found (0 to JUMP_WAYS - 1), or -1. -1: there is none, with err where something else was in the way. */
+/* The start nearest to to->x for jump_land, without impulses. Returns the way in which it was found (an enum jump_way), or -1: there is none, with err where something else was in
+ * the way. */
 int jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why);
 /* The request of that start in a way. place: 2 n zeros, which the request points to. */
 enum jump_way { JUMP_HOLD_MOVING, JUMP_HOLD_POSITIONS, JUMP_HOLD_UNTOUCHED, JUMP_WAYS };

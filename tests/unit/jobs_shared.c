@@ -124,7 +124,9 @@ static struct job_look look(struct scene *s, struct job *job)
 /* Its end reaches the store: then everybody is told, and it leaves the table. */
 static void ends(struct scene *s, struct job *run)
 {
-    jobs_done(s->jobs, run, RESULT, sizeof RESULT - 1);
+    char *result = strdup(RESULT);
+    jobs_done(s->jobs, run, &result, sizeof RESULT - 1);
+    free(result);
     CHECK(fake.ended && !look(s, run).finished);
     if (fake.ended)
         fake.ended(fake.ended_ctx, STORE_KEPT);
@@ -193,7 +195,9 @@ static void fenced(void)
     fake.submission->outcome = STORE_NEW;
     fake.submitted(fake.submitted_ctx, STORE_KEPT);
     struct job *run = jobs_claim(s.jobs, s.wake);
-    jobs_done(s.jobs, run, RESULT, sizeof RESULT - 1);
+    char *result = strdup(RESULT);
+    jobs_done(s.jobs, run, &result, sizeof RESULT - 1);
+    free(result);
     fake.ended(fake.ended_ctx, STORE_FENCED);
     struct job_look l = look(&s, run);
     CHECK(!l.finished && !l.gone);
