@@ -20,8 +20,9 @@ static bool rows_sane(const struct traj_request *rq, const struct traj_result *r
     return sane && (!r->rows || r->columns == (rq->outputs ? rq->outputs : r->columns));
 }
 
-bool traj_result_sane(const struct traj_request *rq, const struct traj_result *r)
+bool traj_result_sane(const struct traj_request *asked, const struct traj_result *r)
 {
+    const struct traj_request *rq = asked->carried ? asked->carried->rq : asked;      /* its columns are those of variables and derivatives */
     double direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
     bool sane = rows_sane(rq, r) && r->ended_event >= -1 && r->ended_event < rq->events;
     for (int i = 0; i < r->happened && sane; i++)
