@@ -160,6 +160,12 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     }
 }
 
+/* By how much roundings of the time at which a step begins, a switch of the function, change it; `after`: its value at the next node. */
+static double by_time(const struct ode_march *m, double v, double after)
+{
+    return TOLD * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h) * fabs(after - v) / m->watch->table.theta[1];
+}
+
 static void scan(struct ode_march *m, int e)
 {
     const struct ode_table *w = &m->watch->table;
@@ -201,7 +207,7 @@ static void scan(struct ode_march *m, int e)
         } else if (!k->touched && fabs(v) < fabs(before) && fabs(v) <= fabs(after) && before * k->sign >= 0 && after * k->sign >= 0) {
             if (i > 0) {
                 dip(m, e, i, k);
-            } else if (fabs(v) <= (k->least = doubt(m, e, m->t, m->x))) {
+            } else if (fabs(v) <= (k->least = doubt(m, e, m->t, m->x) + by_time(m, v, after))) {
                 add(m, e, 0, 0);
                 k->touched = true;
             }

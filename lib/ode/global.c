@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "larger.h"
 #include "march.h"
 #include "budget.h"
@@ -77,31 +78,48 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
     return most;
 }
 
-/* Two solutions went through the same events? What is touched at one tolerance may be missed
- * or passed at another. */
-static bool same_events(const struct ode_result *a, const struct ode_result *b)
+/* Two solutions went through the same events? What is touched at one tolerance may be missed or passed at another. Those of different functions
+ * that happen at once have no order of their own: each function's are compared, of[i] is the place in b of the i-th in a. NULL: they are not the same. */
+static int *paired(const struct ode_result *a, const struct ode_result *b, int events)
 {
-    bool same = a->happened == b->happened;
-    for (int i = 0; i < a->happened && same; i++)
-        same = a->happening[i].event == b->happening[i].event && a->happening[i].crossing == b->happening[i].crossing;
-    return same;
+    int count = a->happened, *of = sga_malloc(((size_t)count + 1) * sizeof *of);
+    SGA_FREED int *first = sga_malloc(((size_t)events + (size_t)b->happened + 1) * sizeof *first);
+    int *next = first + events;
+    for (int e = 0; e < events; e++)
+        first[e] = -1;
+    for (int i = b->happened - 1; i >= 0; i--) {
+        assert(b->happening[i].event < events);
+        next[i] = first[b->happening[i].event];
+        first[b->happening[i].event] = i;
+    }
+    bool same = count == b->happened;
+    for (int i = 0; i < count && same; i++) {
+        int *at = first + a->happening[i].event;
+        of[i] = *at;
+        same = of[i] >= 0 && b->happening[of[i]].crossing == a->happening[i].crossing;
+        *at = same ? next[of[i]] : -1;
+    }
+    if (same)
+        return of;
+    free(of);
+    return NULL;
 }
 
 /* Of the times of event i; 0 where there is none. */
-static double difference(const struct ode_result *a, const struct ode_result *b, int i)
+static double difference(const struct ode_result *a, const struct ode_result *b, const int *of, int i)
 {
-    return i >= 0 && i < a->happened ? fabs(a->happening[i].t - b->happening[i].t) : 0;
+    return i >= 0 && i < a->happened ? fabs(a->happening[i].t - b->happening[of[i]].t) : 0;
 }
 
 /* Of the times of events. A difference can pass through 0 here too. A touch has no time as sharp as the tolerances. */
-static void event_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other, bool alike)
+static void event_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other, const int *of)
 {
     const struct sga_tolerance asked = { run->o.rtol, run->o.atol };
     double time_unit = run->o.time_unit > 0 ? run->o.time_unit : 1;
-    for (int i = 0; i < res->happened && alike; i++) {
+    for (int i = 0; i < res->happened && of; i++) {
         struct ode_happening *h = res->happening + i;
         double size = fmax(fabs(h->t), fabs(h->t - run->start->t));
-        double raw = difference(res, other, i), near = fmax(difference(res, other, i - 1), difference(res, other, i + 1));
+        double raw = difference(res, other, of, i), near = fmax(difference(res, other, of, i - 1), difference(res, other, of, i + 1));
         h->error = factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
         if (h->crossing)
             res->worst = fmax(res->worst, sga_error_ratio(h->error, asked, time_unit, size));
@@ -113,7 +131,8 @@ static void event_errors(const struct ode_run *run, double factor, struct ode_re
  * because they may be far away. */
 static void set_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other)
 {
-    bool alike = same_events(res, other);
+    SGA_FREED int *of = paired(res, other, run->p->events);
+    bool alike = of != NULL;
     int reach = other->count + (alike && other->end.reason == ODE_EVENT);
     int known = reach < res->count ? reach : res->count;
     struct pair q = {.run = run, .columns = run->p->output ? run->p->outputs : run->p->n, .factor = factor};
@@ -135,7 +154,7 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
             *own = k >= known ? INFINITY : q.raw[k] > 0 && isfinite(q.raw[k]) ? *own * (e / q.raw[k]) : *own;
         }
     }
-    event_errors(run, factor, res, other, alike);
+    event_errors(run, factor, res, other, of);
     if (known < res->count || !alike)
         res->worst = INFINITY;
     free(q.a);
