@@ -100,7 +100,7 @@ def asked(c, label, request, families):
 
 
 def entries(answer):
-    return len(answer["variables"]) + len(answer["constraints"]) + len(answer["vector_field"]["components"])
+    return len(answer["constraints"]) + len(answer["vector_field"]["components"])
 
 
 def exports(c, label, request):
@@ -119,6 +119,8 @@ def check(c, reader, small):
         for families in ("left out", "auto", "fold"):
             answer, said = asked(c, label, request, families)
             c.tally.check(said == (families != "fold"), f"{label}, {families}: it is said")
+            names = len(answer["variables"])
+            c.tally.check(names < len(whole["variables"]) / 4 if families == "fold" else names == len(whole["variables"]), f"{label}, {families}: variables", str(names))
             c.tally.check(entries(answer) <= most[label], f"{label}, {families}: it is short", f"{entries(answer)} of {entries(whole)}")
             ways = [("this reader", lambda a: written(a, reader)), ("the Python client", by_python)]
             if families == "auto" and shutil.which("node"):

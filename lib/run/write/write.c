@@ -33,7 +33,8 @@ void answer_write_variables(const struct job *j, struct sga_json *w)
         sga_json_end_object(w);
     }
     sga_json_end_array(w);
-    answer_fold(j, w, start);
+    if (j->request->families == REQUEST_FAMILIES_FOLD)        /* others are named by these: unless asked for they stay */
+        answer_fold(j, w, start);
 }
 
 /* General points contradict the system: the functions that vanish where it is solved. */
