@@ -8,7 +8,7 @@
 
 #include "store_ops.h"
 
-enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_TOUCHED = 256, PG_SCHEMA = 2, PG_SCHEMA_LEAST = 2 };
+enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_TOUCHED = 256, PG_SCHEMA = 2, PG_SCHEMA_LEAST = 1 };
 
 enum pg_kind { PG_SUBMIT, PG_END, PG_RELEASE, PG_CANCEL, PG_JOIN, PG_NOTE, PG_WITHDRAW, PG_FORGET, PG_PRUNE, PG_TOUCH, PG_BARRIER };
 
@@ -42,6 +42,7 @@ struct pg {
     struct store face;
     char *address;
     const char *version;
+    int schema;                      /* that of the start: a step beside a running daemon adds what it does not use */
     struct metrics *metrics;
     const atomic_long *result_limit;
     atomic_bool down, healthy, stop, hinted, looking;

@@ -31,7 +31,8 @@ static PGresult *row_of(struct store *face, const char *id)
 {
     struct pg_args a = { .known = PG_KNOWN_ROW };
     pg_text(&a, id);
-    return pg_ask(pg_of(face), "SELECT " PG_ROW ", reached FROM jobs WHERE id = $1", &a, false, SECONDS);
+    return pg_ask(pg_of(face), pg_of(face)->schema > 1 ? "SELECT " PG_ROW ", reached FROM jobs WHERE id = $1" : "SELECT " PG_ROW ", NULL FROM jobs WHERE id = $1",
+                  &a, false, SECONDS);
 }
 
 enum store_answer pg_job(struct store *face, const char *id, struct job_row *row)

@@ -77,20 +77,22 @@ bool pg_beat(struct store *face, const struct store_claimant *who, struct store_
 {
     struct pg_args a = { 0 };
     char *list[LISTS];
-    bool ok = true;
+    bool ok = true, reached = pg_of(face)->schema > 1;
+    int lists = reached ? LISTS : LISTS - 1;
     pg_text(&a, who->daemon), pg_text(&a, who->version), pg_number(&a, who->workers), pg_real(&a, who->lease);
-    for (int i = 0; i < LISTS; i++) {
+    for (int i = 0; i < lists; i++) {
         ok &= (list[i] = list_of(beat, count, i)) != NULL;
         pg_text(&a, list[i]);
     }
-    PGresult *r = ok ? pg_ask(pg_of(face), "SELECT held, held_epoch, asked FROM beat_2($1,$2,$3,$4,$5,$6,$7,$8,$9)", &a, false, SECONDS) : NULL;
+    const char *sql = reached ? "SELECT held, held_epoch, asked FROM beat_2($1,$2,$3,$4,$5,$6,$7,$8,$9)" : "SELECT held, held_epoch, asked FROM beat_1($1,$2,$3,$4,$5,$6,$7,$8)";
+    PGresult *r = ok ? pg_ask(pg_of(face), sql, &a, false, SECONDS) : NULL;
     for (int i = 0; r && i < count; i++) {
         beat[i].answer = BEAT_LOST;
         for (int k = 0; k < PQntuples(r); k++)
             if (strcmp(PQgetvalue(r, k, 0), beat[i].id) == 0 && pg_int(r, k, 1) == beat[i].epoch)
                 beat[i].answer = *PQgetvalue(r, k, 2) == 't' ? BEAT_CANCEL : BEAT_HELD;
     }
-    for (int i = 0; i < LISTS; i++)
+    for (int i = 0; i < lists; i++)
         free(list[i]);
     PQclear(r);
     return r;

@@ -66,11 +66,12 @@ static void warn_of_standby(PGconn *c)
     PQclear(r);
 }
 
-static bool speaks(const char *address, char *why, size_t size)
+/* The schema of the database; 0 with why: it cannot be used. */
+static int speaks(const char *address, char *why, size_t size)
 {
     PGconn *c = pg_connect(address, why, size);
     if (!c)
-        return false;
+        return 0;
     int version = pg_schema(c);
     bool ok = version >= PG_SCHEMA_LEAST && version <= PG_SCHEMA;
     if (!ok)
@@ -80,14 +81,16 @@ static bool speaks(const char *address, char *why, size_t size)
     else
         warn_of_standby(c);
     PQfinish(c);
-    return ok;
+    return ok ? version : 0;
 }
 
 struct store *postgres_open(const char *address, const char *version, struct metrics *m, char *why, size_t size)
 {
-    struct pg *p = speaks(address, why, size) ? calloc(1, sizeof *p) : NULL;
+    int schema = speaks(address, why, size);
+    struct pg *p = schema ? calloc(1, sizeof *p) : NULL;
     if (!p)
         return NULL;
+    p->schema = schema;
     p->face.ops = &ops;
     p->version = version;
     p->metrics = m;
