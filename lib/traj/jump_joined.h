@@ -1,0 +1,36 @@
+/* Inside the traj folder: pieces joined to one motion, and where the times of its events have a limit. */
+#ifndef SGA_TRAJ_JUMP_JOINED_H
+#define SGA_TRAJ_JUMP_JOINED_H
+
+#include "jump_piece.h"
+
+/* Times as one, by their size. */
+#define JUMP_SAME_TIME 1e-13
+
+/* One motion, of all its pieces. */
+struct jump_pass {
+    struct traj_result r;         /* joined; `error`s are what pieces have for their own */
+    double *each;                 /* rows x columns: those errors */
+    double *at; int jumps, room;  /* times of events that set */
+    int *count;                   /* by event: how often it did */
+    double end_error;             /* of an accumulation's time */
+    double direction;             /* of the motion in time: 1 or -1 */
+    size_t leg_room, slide_room;
+    bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
+    size_t happening_room;
+};
+
+void jump_pass_clear(struct jump_pass *p);
+/* What a piece has found, behind that of the pieces before. */
+void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece);
+/* Nothing is said beyond t. */
+void jump_cut(struct jump_pass *p, double t, double direction);
+/* Whether the times of events that set have a limit: then the motion ends there. */
+bool jump_accumulates(struct jump_pass *p, const struct traj_request *rq);
+/* A piece begins at t; how is static, the impulse is taken over. */
+void jump_add_leg(struct jump_pass *p, double t, int mode, const char *how, double moved, double *impulse, int coordinates);
+/* Values of switches along a piece, and at the turn from one mode into another at (t, x), for the slides. */
+void jump_note_switches(struct jump_pass *p, const struct jump_piece *q, const struct traj_mode *m, const struct traj_result *piece);
+void jump_note_slides(struct jump_pass *p, const struct traj_mode *was, const struct traj_mode *to, double t, const double *x);
+
+#endif

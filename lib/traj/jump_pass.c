@@ -1,0 +1,324 @@
+/* See jump_pass.h. */
+#include "jump_pass.h"
+
+#include <float.h>
+
+#include "arena.h"
+#include "budget.h"
+#include "crossing.h"
+#include "jump_slope.h"
+#include "jump_turn.h"
+#include "ode.h"
+#include "rows_kept.h"
+#include "slide.h"
+#include "tolerance.h"
+
+/* Events that set in one motion. */
+enum { MOST_JUMPS = 20000 };
+
+/* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. */
+static bool fired_at_end(const struct traj_request *rq, const struct jump_piece *q, const struct traj_result *piece, unsigned char *fired, signed char *crossing)
+{
+    bool any = false, stop = false;
+    double t = piece->ended_t;
+    memset(fired, 0, (size_t)rq->events + 1);
+    for (int i = piece->happened - 1; i >= 0 && fabs(piece->happening[i].t - t) <= JUMP_SAME_TIME * fabs(t); i--) {
+        int e = q->whole[piece->happening[i].event];
+        stop |= rq->event[e].stop;
+        any |= rq->event[e].sets > 0 || rq->event[e].turns;
+        fired[e] = 1;
+        crossing[e] = (signed char)piece->happening[i].direction;
+    }
+    return any && !stop;
+}
+
+/* One that stops for good names itself. */
+static void name_stop(const struct traj_request *rq, const struct jump_piece *q, const struct traj_result *piece, struct traj_result *r)
+{
+    for (int i = piece->happened - 1; i >= 0 && fabs(piece->happening[i].t - piece->ended_t) <= JUMP_SAME_TIME * fabs(piece->ended_t); i--)
+        if (rq->event[q->whole[piece->happening[i].event]].stop)
+            r->ended_event = q->whole[piece->happening[i].event];
+}
+
+static void count_jump(struct jump_pass *p, const struct traj_request *rq, double t, const unsigned char *fired)
+{
+    if (p->jumps == p->room) {
+        p->room = 2 * p->room + 16;
+        p->at = sga_realloc(p->at, (size_t)p->room * sizeof *p->at);
+    }
+    p->at[p->jumps++] = t;
+    for (int e = 0; e < rq->events; e++)
+        p->count[e] += fired[e] && rq->event[e].sets;
+}
+
+/* The place passed, as the answer says it. */
+static void add_passed(struct traj_result *r, const struct traj_result *piece, double t)
+{
+    static const char *const beyond = "the motion goes on along the curve that it has come on, which is analytic there as far as the tolerances tell";
+    const char *colon = strrchr(piece->ended_detail, ':');
+    int length = colon ? (int)(colon - piece->ended_detail) : (int)strlen(piece->ended_detail);
+    size_t room = (size_t)length + strlen(beyond) + 3;
+    r->passed = sga_realloc(r->passed, ((size_t)r->passes + 1) * sizeof *r->passed);
+    r->passed[r->passes] = (struct traj_passed){ t, sga_malloc(room) };
+    snprintf(r->passed[r->passes++].detail, room, "%.*s: %s", length, piece->ended_detail, beyond);
+}
+
+/* The piece ended at a singular position: the samples around it, and where the next piece begins (*t). False: it ends there. */
+static bool pass_over(struct jump_pass *p, struct jump_piece *q, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const struct traj_result *piece, double *t)
+{
+    struct crossing c;
+    struct traj_result *r = &p->r;
+    double direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+    size_t columns = (size_t)q->columns;
+    if (!piece->stratum || r->passes >= MOST_JUMPS || !crossing_find(sys, sol, &q->q, piece->ended_t, &c))
+        return false;
+    double *x = sga_malloc((size_t)(c.n + 1) * sizeof *x), *y = sga_malloc((size_t)(q->q.outputs + 1) * sizeof *y);
+    while (r->rows && direction * (r->t[r->rows - 1] - c.from) > 0)
+        r->rows--;
+    for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - c.to) <= 0; i++, r->rows++) {
+        crossing_at(&c, rq->times[i], x, y);
+        r->t[i] = rq->times[i];
+        for (size_t k = 0; k < columns; k++) {
+            r->value[(size_t)i * columns + k] = y[k];
+            p->each[(size_t)i * columns + k] = c.error * sga_allowed((struct sga_tolerance){ q->q.rtol, q->q.atol }, piece->unit ? piece->unit[k] : 1, y[k]);
+        }
+    }
+    memcpy(q->x, c.end, (size_t)c.n * sizeof *q->x);
+    memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->events);
+    memset(q->stands, 0, (size_t)rq->events);
+    add_passed(r, piece, c.at);
+    *t = c.to;
+    free(x);
+    free(y);
+    crossing_clear(&c);
+    return true;
+}
+
+/* The sides of what is looked for in the next piece. */
+static bool take_sides(struct jump_piece *q, struct turn *s, double t, struct sga_error *err)
+{
+    return !s->slide || slide_sides(s->slide, s->mode, t, q->x, q->all_side, err);
+}
+
+/* What is set is set, and the next piece's mode entered. */
+static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct jump_at *at, double tighter, struct sga_error *err)
+{
+    struct jump_to to = { 0 };
+    const struct traj_mode *was = s->mode;
+    bool ok = turn_begin(s, at, &to, err), on = ok && !s->why[0];
+    if (on && s->mode != was)
+        jump_piece_turn(q, s->mode, tighter);
+    ok = ok && (!on || turn_land(s, at, &to, q->all_side, q->stands, err));
+    on &= ok && !s->why[0];
+    if (on && s->mode != was && s->mode->rq->modes->landed)
+        on = ok = s->mode->rq->modes->landed(s->mode->rq->modes->ctx, s->mode, at->t, to.x, err);
+    if (on) {
+        memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
+        if (s->j.slope)
+            memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->all - s->j.n) * sizeof *q->x);
+        ok = take_sides(q, s, at->t, err);
+        jump_note_slides(p, was, s->mode, at->t, q->x);
+    }
+    if (on && !s->slide) {
+        jump_add_leg(p, at->t, s->mode->place, to.how, to.moved, to.impulse, s->mode->rq->mass ? s->mode->rq->mass->coordinates : 0);
+        to.impulse = NULL;
+    }
+    turn_end(s, &to);
+    return ok;
+}
+
+/* What a slide holds at 0 is left as powers of roundings, whose size says nothing: a start that is looked for by sizes would not be found. */
+static void drop_dust(double *x, int n)
+{
+    double largest = 0;
+    for (int k = 0; k < n; k++)
+        largest = fmax(largest, fabs(x[k]));
+    for (int k = 0; k < n; k++)
+        x[k] = fabs(x[k]) <= DBL_EPSILON * DBL_EPSILON * largest ? 0 : x[k];
+}
+
+/* The end of a piece: true where another follows. */
+static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct traj_request *rq, const struct traj_result *piece, double tighter, double wrong, bool *ok, struct sga_error *err)
+{
+    unsigned char *fired = sga_calloc((size_t)rq->events + 1, 1);
+    signed char *crossing = sga_calloc((size_t)rq->events + 1, 1);
+    bool set = piece->ended && piece->ended_event >= 0 && fired_at_end(rq, q, piece, fired, crossing), more = false;
+    if (piece->ended && !set) {
+        p->r.ended = true;
+        p->r.ended_t = piece->ended_t;
+        p->r.ended_reason = piece->ended_reason;
+        memcpy(p->r.ended_detail, piece->ended_detail, sizeof p->r.ended_detail);
+        if (piece->ended_event >= 0)
+            name_stop(rq, q, piece, &p->r);
+    } else if (set) {
+        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->all : s->j.n);
+        if (s->slide)
+            drop_dust(x, s->j.n);
+        struct jump_at at = { piece->ended_t, x, fired, crossing, wrong, p->count };
+        count_jump(p, rq, piece->ended_t, fired);
+        p->stood = false;
+        for (int e = 0; e < rq->events; e++)
+            p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
+        *ok = turn(p, q, s, &at, tighter, err);
+        if (*ok && s->why[0]) {
+            p->r.ended = true;
+            p->r.ended_t = piece->ended_t;
+            p->r.ended_reason = ode_reason_text(ODE_NOT_SMOOTH);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s", s->why);
+        }
+        more = *ok && !s->why[0] && !jump_accumulates(p, rq);
+        if (more && p->jumps >= MOST_JUMPS) {
+            p->r.ended = true;
+            p->r.ended_t = piece->ended_t;
+            p->r.ended_reason = ode_reason_text(ODE_STEP_LIMIT);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%d events that set variables have happened, as many as are followed", MOST_JUMPS);
+            more = false;
+        }
+    }
+    free(fired);
+    free(crossing);
+    return more;
+}
+
+/* By column the largest of the pieces' units. */
+static void take_units(struct traj_result *r, const struct traj_result *piece)
+{
+    if (!r->unit)
+        r->unit = sga_calloc((size_t)r->columns + 1, sizeof(double));
+    for (int k = 0; k < r->columns; k++)
+        r->unit[k] = fmax(r->unit[k], piece->unit ? piece->unit[k] : 1);
+}
+
+/* The start by the equations as they are written, from there on by the sides of switches. */
+static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct traj_request *rq, double tighter, struct sga_error *err)
+{
+    struct traj_initial start;
+    if (!traj_consistent(s->mode->sys, s->mode->sol, rq, &start, err))
+        return false;
+    SGA_FREED unsigned char *none = sga_calloc((size_t)rq->events + 1, 1);
+    struct jump_at at = { .t = rq->start, .x = start.x, .fired = none, .crossing = (signed char *)none };
+    bool ok = turn(p, q, s, &at, tighter, err);
+    if (ok && s->why[0])
+        ok = sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "%.300s", s->why);
+    if (ok) {
+        p->r.initial = start.x;
+        p->r.moved = start.moved;
+        start.x = NULL;
+        q->q.start = rq->start;
+        q->q.initial = q->x;
+        q->q.given = q->given;
+        q->q.held = q->held;
+        memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->modes->own);
+    }
+    traj_initial_clear(&start);
+    return ok;
+}
+
+double jump_direction(const struct traj_request *rq)
+{
+    return rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+}
+
+bool jump_time_ended(const struct traj_result *r)
+{
+    return r->ended && strcmp(r->ended_reason, ode_reason_text(ODE_TIME_LIMIT)) == 0;
+}
+
+/* It ends at its last row, for want of time. */
+void jump_end_at_rows(struct jump_pass *p, const struct traj_request *rq, const char *detail)
+{
+    double t = p->r.rows ? p->r.t[p->r.rows - 1] : rq->start;
+    jump_cut(p, t, jump_direction(rq));
+    p->r.ended = true;
+    p->r.ended_t = t;
+    p->r.ended_event = -1;
+    p->r.ended_reason = ode_reason_text(ODE_TIME_LIMIT);
+    snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%.255s", detail);
+}
+
+/* No time is left for another piece: the rows of those before are the motion's. */
+static bool keeps_rows(struct jump_pass *p, const struct traj_request *rq, const struct sga_error *why)
+{
+    if (why->code != SGA_E_LIMIT_SECONDS || !rows_are_kept(rq) || !sga_budget_ok(rq->budget, NULL) || !rows_beyond_start(rq, p->r.rows, NULL))
+        return false;
+    char text[120];
+    snprintf(text, sizeof text, "the limit of %g seconds was reached; raise limits.seconds or ask for an earlier stop", rq->budget->seconds);
+    jump_end_at_rows(p, rq, text);
+    return true;
+}
+
+/* A motion that is differentiated does not start where events may or may not happen. */
+static bool starts_clear(const struct turn *s, double t, const double *x, struct sga_error *err)
+{
+    int e;
+    return !s->j.slope || jump_slope_starts(&s->j, t, x, &e)
+           || sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "the motion starts at the zero of event %d: a change of what is differentiated by moves it to one side, where the event "
+                          "happens, or to the other, where it does not; start beside it", e);
+}
+
+/* The whole motion once. *p is cleared where it fails. */
+bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
+                     struct sga_error *err)
+{
+    struct jump_piece q;
+    struct turn s;
+    const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
+    const struct traj_mode *first = rq->modes ? rq->modes->start : &own;
+    *p = (struct jump_pass){ .direction = jump_direction(rq) };
+    jump_piece_init(&q, first, tighter, rq->rows_until);
+    size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
+    p->r.columns = q.columns;
+    p->r.ended_event = -1;
+    p->r.t = sga_calloc(rows + 1, sizeof(double));
+    p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
+    p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
+    p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
+    bool ok = turn_init(&s, first, err), more = ok;
+    if ((rq->modes && !slide_any(rq)) || rq->mass)
+        jump_add_leg(p, rq->start, 0, "start", 0, NULL, 0);
+    if (ok && slide_any(rq))
+        ok = more = begin(p, &q, &s, rq, tighter, err);
+    for (int done = 0; more;) {
+        struct traj_result piece;
+        jump_piece_events(&q, jump_carried(s.mode).rq, p->count);
+        ok = sga_budget_ok(rq->budget, err) && traj_run(jump_carried(s.mode).sys, jump_carried(s.mode).sol, &q.q, &piece, err);
+        if (!ok && keeps_rows(p, rq, err)) {
+            *err = (struct sga_error){ 0 };
+            ok = true;
+            break;
+        }
+        if (!ok)
+            break;
+        if (!p->r.initial) {
+            p->r.initial = piece.initial;
+            p->r.moved = piece.moved;
+            piece.initial = NULL;
+            ok = starts_clear(&s, rq->start, p->r.initial, err);
+        }
+        jump_join(p, &q, &piece);
+        jump_note_switches(p, &q, s.mode, &piece);
+        double t = piece.ended_t, direction = jump_direction(rq);
+        more = ok && ((!s.j.slope && pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t)) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
+        take_units(&p->r, &piece);
+        traj_result_clear(&piece);
+        while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
+            done++;
+        more &= done < rq->samples;
+        double late = wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
+        q.q.start = more && (rq->times[done] - t) * direction > 2 * late ? t + direction * late : t;
+        q.q.times = rq->times + done;
+        q.q.samples = rq->samples - done;
+        q.q.initial = q.x;
+        q.q.given = q.given;
+        q.q.held = q.held;
+    }
+    if (!ok && p->r.initial && keeps_rows(p, rq, err)) {        /* in what a mode needs */
+        *err = (struct sga_error){ 0 };
+        ok = true;
+    }
+    turn_clear(&s);
+    jump_piece_clear(&q);
+    if (!ok)
+        jump_pass_clear(p);
+    return ok;
+}

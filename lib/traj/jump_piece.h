@@ -1,0 +1,30 @@
+/* Inside the traj folder: a piece of a motion with events that set variables, as a request of its own. */
+#ifndef SGA_TRAJ_JUMP_PIECE_H
+#define SGA_TRAJ_JUMP_PIECE_H
+
+#include "trajectory.h"
+
+/* The request of a piece: columns are those asked for, then all variables. */
+struct jump_piece {
+    struct traj_request q;
+    expr_id *output;
+    struct traj_event *event;
+    signed char *side, *all_side;  /* by event of the piece; of the request */
+    unsigned char *stands;        /* by event of the request: its function stands at 0 where the piece begins */
+    int *whole;                   /* by event of the piece: that of the request */
+    double *x;
+    unsigned char *given, *held;
+    int columns;                  /* that are kept */
+};
+
+/* Of a motion that is differentiated: variables and derivatives; else the mode itself. */
+struct traj_mode jump_carried(const struct traj_mode *m);
+/* A piece that begins in this mode, with tolerances times `tighter`; rows are kept from rows_until on (struct traj_request). jump_piece_clear is due. */
+void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double tighter, double rows_until);
+/* It goes on in the mode `to`: its own variables and events, sides of events as they were. */
+void jump_piece_turn(struct jump_piece *p, const struct traj_mode *to, double tighter);
+void jump_piece_clear(struct jump_piece *p);
+/* The events that are still looked for; count: by event how often it did. */
+void jump_piece_events(struct jump_piece *p, const struct traj_request *rq, const int *count);
+
+#endif
