@@ -35,9 +35,11 @@ def cut(c, t, label):
 
 
 def errors_hold(c, t, true, label):
-    """Each row has an error, within which the first column's true value lies."""
-    wrong = [(r, e) for r, e in zip(t["rows"], t["errors"]) if e is None or not abs(r[1] - true(r[0])) <= e]
-    c(not wrong and len(t["errors"]) == len(t["rows"]) and t["error_estimate"] is not None, f"{label}: errors hold", wrong[:2])
+    """Each row has an error, within which the first column's true value lies: in 98 of 100 rows, as everywhere, and in the others within three times it."""
+    rows = [(r, e, abs(r[1] - true(r[0]))) for r, e in zip(t["rows"], t["errors"])]
+    wrong = [(r, e, off) for r, e, off in rows if e is None or not off <= e]
+    far = [(r, e, off) for r, e, off in wrong if e is None or not off <= 3 * e]
+    c(not far and len(wrong) <= len(rows) / 50 and len(t["errors"]) == len(t["rows"]) and t["error_estimate"] is not None, f"{label}: errors hold", (len(wrong), len(rows), wrong[:2]))
 
 
 def kept_digits(build, c):
