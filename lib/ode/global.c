@@ -32,9 +32,6 @@
 /* Below this rounding may stand in for the error, which then follows no tolerance. */
 #define ROUNDING_RTOL 1e-12
 #define MOST_SOLUTIONS 7
-/* See set_errors. */
-#define NEIGHBOUR 30.0
-
 struct pair {
     const struct ode_run *run;
     int columns;
@@ -120,7 +117,7 @@ static void event_errors(const struct ode_run *run, double factor, struct ode_re
         struct ode_happening *h = res->happening + i;
         double size = fmax(fabs(h->t), fabs(h->t - run->start->t));
         double raw = difference(res, other, of, i), near = fmax(difference(res, other, of, i - 1), difference(res, other, of, i + 1));
-        h->error = factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
+        h->error = factor * fmax(raw, fmin(near, ODE_NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
         if (h->crossing)
             res->worst = fmax(res->worst, sga_error_ratio(h->error, asked, time_unit, size));
     }
@@ -146,7 +143,7 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
         q.raw[k] = k < known ? sample_error(&q, res, other, k, &res->worst) : INFINITY;
     for (int k = 0; k < res->count; k++) {
         double near = sga_larger(k > 0 ? q.raw[k - 1] : 0, k + 1 < known ? q.raw[k + 1] : 0);
-        double e = sga_larger(q.raw[k], near < NEIGHBOUR * q.raw[k] ? near : NEIGHBOUR * q.raw[k]);
+        double e = sga_larger(q.raw[k], near < ODE_NEIGHBOUR * q.raw[k] ? near : ODE_NEIGHBOUR * q.raw[k]);
         res->error[k] = e;
         res->max_error = sga_larger(res->max_error, e);
         for (int j = 0; j < q.columns; j++) {

@@ -33,6 +33,10 @@ struct sga_stages;
     X(TIME_LIMIT,      "time_limit",      "the time granted is used up") \
     X(CANCELLED,       "cancelled",       "the job was cancelled")
 
+/* An estimate that is a difference of two solutions passes through 0 where the error does not: it is raised towards the largest beside it, by so much at
+ * most, because those may be far away. */
+#define ODE_NEIGHBOUR 30.0
+
 enum ode_reason {
 #define X(sym, text, what) ODE_##sym,
     ODE_REASON_TABLE(X)

@@ -2,11 +2,14 @@
 #include "jumps.h"
 
 #include <float.h>
+#include <math.h>
+#include <stddef.h>
 
 #include "arena.h"
 #include "budget.h"
 #include "jump_pass.h"
 #include "larger.h"
+#include "ode.h"
 #include "rows_kept.h"
 #include "tolerance.h"
 
@@ -29,6 +32,16 @@ static int alike(const struct traj_result *a, const struct traj_result *b)
     while (k < a->happened && k < b->happened && a->happening[k].event == b->happening[k].event && a->happening[k].direction == b->happening[k].direction)
         k++;
     return k;
+}
+
+/* A difference of two motions can pass through 0 where their errors do not: it is raised towards the larger of those beside it. */
+static double raised(const struct jump_pass *p, int row, int column)
+{
+    size_t columns = (size_t)p->r.columns;
+    const double *e = p->each + (size_t)row * columns + (size_t)column;
+    double before = row > 0 ? e[-(ptrdiff_t)columns] : 0, after = row + 1 < p->r.rows ? e[columns] : 0;
+    double near = fmax(isfinite(before) ? before : 0, isfinite(after) ? after : 0);
+    return fmax(*e, fmin(near, ODE_NEIGHBOUR * *e));
 }
 
 /* Errors of the tighter motion by the looser one; the largest, in units of what is allowed. */
@@ -57,10 +70,15 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
             /* each piece begins with roundings of what the values there are, and both motions may have them alike */
             double rounding = 4 * DBL_EPSILON * (fabs(r->value[at]) + jumped * largest[k]);
             double e = there ? fabs(r->value[at] - o->value[at]) + p->each[at] + rounding : INFINITY;
-            e = isnan(e) ? INFINITY : e;
+            p->each[at] = isnan(e) ? INFINITY : e;
+        }
+    }
+    for (int i = 0; i < r->rows; i++) {
+        for (int k = 0; k < columns; k++) {
+            double e = raised(p, i, k);
             r->error[i] = fmax(r->error[i], e);
             r->column_error[k] = fmax(r->column_error[k], e);
-            worst = fmax(worst, sga_error_ratio(e, asked, r->unit ? r->unit[k] : 1, r->value[at]));
+            worst = fmax(worst, sga_error_ratio(e, asked, r->unit ? r->unit[k] : 1, r->value[(size_t)i * (size_t)columns + (size_t)k]));
         }
         r->error_estimate = fmax(r->error_estimate, r->error[i]);
     }
