@@ -341,6 +341,8 @@ static int sooner(const void *a, const void *b)
 static int sift(struct enc_zeros *z, int from, bool backward)
 {
     struct enclose_happened *out = z->out;
+    if (out->count == from)
+        return -1;
     qsort(out->list + from, (size_t)(out->count - from), sizeof *out->list, sooner);
     for (int i = from, j = out->count - 1; backward && i < j; i++, j--) {
         struct enclose_happening other = out->list[i];
