@@ -233,7 +233,8 @@ void jump_end_at_rows(struct jump_pass *p, const struct traj_request *rq, const 
     p->r.ended_t = t;
     p->r.ended_event = -1;
     p->r.ended_reason = ode_reason_text(ODE_TIME_LIMIT);
-    snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%.255s", detail);
+    if (detail != p->r.ended_detail)
+        snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%.255s", detail);
 }
 
 /* No time is left for another piece: the rows of those before are the motion's. */
