@@ -158,5 +158,5 @@ def kept_sets(build, c):
             c("tradeoff" not in result and len(said) == 1 and "without the tradeoff" in said[0]["detail"], "tradeoff: left out, and said", result["warnings"])
 
 
-# The others depend on how fast the machine is: by name.
+# kept_digits, kept_pieces and kept_beside depend on how fast the machine is: they wait for requests that no machine finishes in their time.
 ALL = [kept_sets]
