@@ -141,12 +141,7 @@ static bool jump(struct walk *w)
     int n = w->set.n;
     SGA_ARENA(mem);
     arb_ptr box = arbs_take(&mem, n);
-    mag_ptr width = mags_take(&mem, n);
-    enc_set_width(&w->set, width);
-    for (int j = 0; j < n; j++) {
-        arb_set(box + j, w->set.x + j);
-        arb_add_error_mag(box + j, width + j);
-    }
+    enc_set_hull(&w->set, box);
     if (!w->path->jump(w->path->ctx, w->base, box))
         return false;
     enc_set_box(&w->set, box);

@@ -27,6 +27,8 @@ void enc_set_clear(struct enc_set *s);
 void enc_set_box(struct enc_set *s, arb_srcptr box);
 /* Half the widths of the box around the set, n. */
 void enc_set_width(const struct enc_set *s, mag_ptr width);
+/* The box around the set, n balls. */
+void enc_set_hull(const struct enc_set *s, arb_ptr box);
 /* The set { y + B r } of balls y and B, r as it is, in the new form; size: about what the variables
  * can change by (their units). False where it is not finite. */
 bool enc_set_move(struct enc_set *s, arb_srcptr y, const arb_mat_t B, const double *size);

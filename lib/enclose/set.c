@@ -50,6 +50,17 @@ void enc_set_width(const struct enc_set *s, mag_ptr width)
     }
 }
 
+void enc_set_hull(const struct enc_set *s, arb_ptr box)
+{
+    SGA_ARENA(mem);
+    mag_ptr width = mags_take(&mem, s->n);
+    enc_set_width(s, width);
+    for (int j = 0; j < s->n; j++) {
+        arb_set(box + j, s->x + j);
+        arb_add_error_mag(box + j, width + j);
+    }
+}
+
 /* The columns of M (n x n by columns, scaled doubles) by modified Gram-Schmidt, twice for each: Q in place. A column that is
  * lost becomes a unit vector that is not. */
 static void orthonormal(double *M, int n)

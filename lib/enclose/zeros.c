@@ -299,12 +299,7 @@ void enc_zeros_begin(struct enc_zeros *z, const struct enc_set *set, const arb_t
     int n = z->q->n;
     SGA_ARENA(mem);
     arb_ptr box = arbs_take(&mem, n);
-    mag_ptr width = mags_take(&mem, n);
-    enc_set_width(set, width);
-    for (int j = 0; j < n; j++) {
-        arb_set(box + j, set->x + j);
-        arb_add_error_mag(box + j, width + j);
-    }
+    enc_set_hull(set, box);
     enc_series_values(&z->at, box, t, z->prec + 10);
     for (int k = 0; k < z->q->watches; k++) {
         arb_srcptr g = enc_series_of(&z->at, z->p.root[n + 2 * k]);
