@@ -10,8 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-static const double CONNECT_SECONDS = 5;
+static const double CONNECT_SECONDS = 5, MAKING_SECONDS = 1;
 
 static void put(struct pg_args *a, const char *value, int length, int format)
 {
@@ -127,6 +128,19 @@ PGconn *pg_connect(const char *address, char *why, size_t size)
     return NULL;
 }
 
+PGconn *pg_connect_again(struct pg *p, char *why, size_t size)
+{
+    static const double pause[] = { 0.02, 0.2 };
+    enum { PAUSES = sizeof pause / sizeof *pause };
+    double began = sga_now();
+    for (int tries = 0;; tries++) {
+        PGconn *c = pg_connect(p->address, why, size);
+        if (c || tries == PAUSES || sga_now() - began > MAKING_SECONDS || atomic_load(&p->down) || atomic_load(&p->stop))
+            return c;
+        usleep((useconds_t)(1e6 * pause[tries]));
+    }
+}
+
 /* -- The pool -- */
 
 static int borrow(struct pg *p)
@@ -170,7 +184,7 @@ static bool connected(struct pg *p, int i)
     if (p->conn[i])
         return true;
     p->known[i] = 0;
-    if (!(p->conn[i] = pg_connect(p->address, why, sizeof why)))
+    if (!(p->conn[i] = pg_connect_again(p, why, sizeof why)))
         went_down(p, why);
     return p->conn[i];
 }

@@ -94,7 +94,7 @@ static void *work(void *arg)
     struct pg *p = arg;
     while (!atomic_load(&p->stop)) {
         char why[512];
-        PGconn *c = pg_connect(p->address, why, sizeof why);
+        PGconn *c = pg_connect_again(p, why, sizeof why);
         if (c) {
             came_back(p);
             told(p);                     /* whatever was missed */

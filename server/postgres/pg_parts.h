@@ -78,6 +78,9 @@ void pg_bytes(struct pg_args *a, struct slice bytes);       /* borrowed; at NULL
 
 /* A connection with the schema's path set; NULL with a reason. Blocks for some seconds at most. */
 PGconn *pg_connect(const char *address, char *why, size_t size);
+/* Once or twice more: a connection may break while it is made, as where a proxy between ends all that it has, and that is no server that
+ * is away. Not where one is known to be. */
+PGconn *pg_connect_again(struct pg *p, char *why, size_t size);
 /* A statement on a connection, given up after so many seconds (then the connection is of no use any
  * more). NULL: no answer came; else a result, which may tell of an error. */
 PGresult *pg_run(PGconn *c, const char *sql, const struct pg_args *a, bool binary, double seconds);

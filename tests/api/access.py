@@ -33,8 +33,8 @@ def bearer(token):
 
 
 def until(test, seconds=15):
-    end = time.time() + seconds
-    while time.time() < end:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
         if test():
             return True
         time.sleep(0.05)

@@ -13,8 +13,8 @@ from daemon import Daemon
 
 def lines(d, event, count=1, seconds=10):
     """The audit lines of that event, once there are so many."""
-    found, end = [], time.time() + seconds
-    while time.time() < end:
+    found, end = [], time.monotonic() + seconds
+    while time.monotonic() < end:
         with open(os.path.join(d.state, "test.log"), encoding="utf-8") as f:
             found = [json.loads(line) for line in f if f'"event":"{event}"' in line and line.endswith("\n")]
         if len(found) >= count:

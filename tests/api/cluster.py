@@ -49,9 +49,9 @@ class Cluster:
         options = [w for k, v in self.settings.items() for w in ("-c", f"{k}={v}")]
         with open(os.path.join(self.folder, "log"), "ab") as log:
             self.process = subprocess.Popen(self.command("postgres", "-D", self.data, "-k", self.folder, *options), stdout=log, stderr=log, cwd=self.folder)
-        end = time.time() + 30
+        end = time.monotonic() + 30
         while subprocess.run(self.command("pg_isready", "-q", "-h", self.folder), check=False, cwd=self.folder).returncode != 0:
-            if time.time() > end or self.process.poll() is not None:
+            if time.monotonic() > end or self.process.poll() is not None:
                 with open(os.path.join(self.folder, "log"), encoding="utf-8") as f:
                     raise RuntimeError("the server does not start: " + f.read()[-1000:])
             time.sleep(0.05)

@@ -153,13 +153,14 @@ class Daemon:
 
     def wait(self, id_, seconds=60):
         """The job once it has ended."""
-        end = time.time() + seconds
-        while time.time() < end:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
             job = self.get("/v1/jobs/" + id_).json()
             if job["status"] not in ("queued", "running"):
                 return job
             time.sleep(0.02)
-        raise RuntimeError(f"job {id_} did not end: {job}")
+        said = [x for x in self.all_errors().splitlines() if id_ in x or '"level":"error"' in x or '"level":"warn"' in x]
+        raise RuntimeError(f"job {id_} did not end in {seconds} s: {job}; children {self.children()}; log {said[-8:]}")
 
     def children(self, role=""):
         """Its children: all, or those that run jobs (sgad-job) or check requests (sgad-check)."""

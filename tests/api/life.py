@@ -11,8 +11,8 @@ from daemon import Daemon
 
 
 def running(d, id_, seconds=20):
-    end = time.time() + seconds
-    while time.time() < end:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
         if d.get("/v1/jobs/" + id_).json()["status"] == "running":
             return True
         time.sleep(0.02)
@@ -122,9 +122,9 @@ def shutdown(build, c):
         waiter.start()
         stream.start()
         time.sleep(0.5)
-        begun = time.time()
+        begun = time.monotonic()
         status = d.stop(60)
-        took = time.time() - begun
+        took = time.monotonic() - begun
         waiter.join(10)
         stream.join(10)
         c(status == 0, "SIGTERM with waiters ends with 0", d.errors())

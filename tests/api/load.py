@@ -170,7 +170,7 @@ def start_seed():
 
 
 def run_many(build, count, check):
-    book, begun = Book(check), time.time()
+    book, begun = Book(check), time.monotonic()
     with Daemon(build, "--workers", "2", "--queue", "100000", "--log-level", "warn") as d:
         for t in crowd(d, book, lambda b: b.sent < count, start_seed()):
             t.join()
@@ -185,7 +185,7 @@ def run_many(build, count, check):
             cursor = page["next"]
         check(sorted(listed) == sorted(book.ids.values()), "each job is there once", (len(listed), len(set(listed)), len(book.ids)))
         check(d.stop(60) == 0, "the daemon ends with 0", d.errors()[-300:])
-    print(f"{book.sent} requests, {len(book.ids)} jobs, {time.time() - begun:.0f} s", flush=True)
+    print(f"{book.sent} requests, {len(book.ids)} jobs, {time.monotonic() - begun:.0f} s", flush=True)
 
 
 def resident(pid):
@@ -211,12 +211,12 @@ def run_soak(build, seconds, check):
     (the page caches of the store's readers alone take some megabytes), and is judged less strictly."""
     seed, book, stop = start_seed(), Book(check), threading.Event()
     with Daemon(build, "--workers", "2", "--queue", "100000", "--cache-memory", "1000000", "--cache-disk", "4000000", "--log-level", "warn") as d:
-        end = time.time() + seconds
-        threads = crowd(d, book, lambda b: time.time() < end, seed)
+        end = time.monotonic() + seconds
+        threads = crowd(d, book, lambda b: time.monotonic() < end, seed)
         threads.append(threading.Thread(target=odd_things, args=(d, stop, random.Random(seed))))
         threads[-1].start()
         seen = []
-        while time.time() < end:
+        while time.monotonic() < end:
             time.sleep(min(1.0, seconds / 30))
             seen.append((book.sent, resident(d.process.pid), max(map(resident, d.children()), default=0)))
         stop.set()

@@ -26,8 +26,8 @@ def prepared(build, server, name):
 
 
 def until(what, seconds=40):
-    end = time.time() + seconds
-    while time.time() < end:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
         if what():
             return True
         time.sleep(0.05)
@@ -336,8 +336,10 @@ def shared_stalled(build, c):
                 relay.open.set()
                 c(until(lambda: a.get("/readyz").status == 200), "ready once it passes on", [x for x in said(a).splitlines() if "request" not in x])
                 c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "and jobs run")
-                relay.cut()
-                c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "also after a cut")
+                for k in range(20):       # some fall on a connection that is just being made
+                    relay.cut()
+                    job = a.ask("POST", "/v1/solve", trivial()).json()
+                    c(job["status"] == "done", f"also after {k + 1} cuts", job)
                 c(a.stop() == 0, "it ends with 0", a.errors()[-500:])
         finally:
             relay.close()

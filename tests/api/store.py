@@ -324,8 +324,8 @@ def older(build, c):
 
 
 def until(d, should, seconds=30):
-    end = time.time() + seconds
-    while time.time() < end:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
         a = d.get("/readyz")
         if a.status == should:
             return True

@@ -20,8 +20,8 @@ class Upgraded(Daemon):
         """SIGUSR2; True once the old process has ended and another one serves."""
         before, old = self.successors(), self.pid()
         os.kill(old, signal.SIGUSR2)
-        end = time.time() + seconds
-        while time.time() < end:
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
             if len(self.successors()) > len(before) and self.gone(old):
                 self.process_pid = self.successors()[-1]
                 return True
