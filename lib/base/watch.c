@@ -15,9 +15,9 @@
 #include "error.h"
 #include "mem.h"
 
-enum { LOOK_EVERY = 1 << 20 };
+enum { LOOK_EVERY = 1 << 20, PACE = 1 << 13 };      /* bytes asked for; what is counted: some 10 ms of the dearest */
 /* How far past a limit the wall stands: what asks its budget comes to an end before. */
-static const double GRACE_SECONDS = 1.5, GRACE_PART = 0.25;
+static const double GRACE_SECONDS = 0.5, GRACE_PART = 0.25;
 static const size_t GRACE_BYTES = 32 << 20;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -33,6 +33,7 @@ static _Thread_local struct {
     sga_wall *wall;
     void *ctx;
     size_t asked;        /* since the last look */
+    long paced;          /* counted since the last look at the clock */
     size_t base, needed;
     bool over, ending;
     long count[SGA_COUNTERS];
@@ -73,6 +74,17 @@ static void call_wall(const struct sga_error *err)
     watch.wall(watch.ctx, err);
 }
 
+/* Far past the deadline: what asks its budget came to an end before. */
+static void look_late(void)
+{
+    struct sga_error err = { 0 };
+    watch.paced = 0;
+    if (!(watch.budget->deadline > 0) || sga_now() <= watch.budget->deadline + GRACE_SECONDS)
+        return;
+    sga_budget_ok(watch.budget, &err);
+    call_wall(&err);
+}
+
 static void look(size_t size)
 {
     struct sga_error err = { 0 };
@@ -87,10 +99,7 @@ static void look(size_t size)
         memory_error(&err);
         call_wall(&err);
     }
-    if (watch.budget->deadline > 0 && sga_now() > watch.budget->deadline + GRACE_SECONDS) {
-        sga_budget_ok(watch.budget, &err);
-        call_wall(&err);
-    }
+    look_late();
 }
 
 void sga_watch_ask(size_t size)
@@ -165,6 +174,8 @@ bool sga_watch_ok(void)
 void sga_watch_count(enum sga_counter what, long more)
 {
     watch.count[what] += more;
+    if (watch.budget && (watch.paced += more) >= PACE)
+        look_late();
 }
 
 long sga_watch_counted(enum sga_counter what)

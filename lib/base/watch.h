@@ -43,7 +43,8 @@ bool sga_watch_memory_ok(struct sga_error *err);
 bool sga_watch_ok(void);
 
 /* What a job has worked, whatever machine it ran on: counted for the thread since its watch began (0 without one), so that a
- * regression of the amount of work is seen without a clock. */
+ * regression of the amount of work is seen without a clock. Told before the work, some thousands at a time where it is much: the
+ * wall stands here too, as loops over what is large ask nobody else. */
 enum sga_counter {
     SGA_COUNT_BALLS,       /* nodes evaluated or differentiated in balls */
     SGA_COUNT_MODULAR,     /* nodes evaluated modulo a prime */

@@ -9,6 +9,8 @@
 #include "op.h"
 #include "watch.h"
 
+enum { BATCH = 1 << 12 };      /* nodes between looks at the clock */
+
 void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec)
 {
     *b = (struct num_ball){ .st = st, .prec = prec };
@@ -236,9 +238,12 @@ static void eval(struct num_ball *b, expr_id e)
 void num_ball_extend(struct num_ball *b)
 {
     cover(b);
-    sga_watch_count(SGA_COUNT_BALLS, b->st->nodes - b->nodes);
-    for (; b->nodes < b->st->nodes; b->nodes++)
-        eval(b, b->nodes);
+    while (b->nodes < b->st->nodes) {
+        int upto = b->st->nodes - b->nodes > BATCH ? b->nodes + BATCH : b->st->nodes;
+        sga_watch_count(SGA_COUNT_BALLS, upto - b->nodes);
+        for (; b->nodes < upto; b->nodes++)
+            eval(b, b->nodes);
+    }
 }
 
 void num_ball_list(struct num_ball *b, const expr_id *list, int count)
@@ -246,7 +251,10 @@ void num_ball_list(struct num_ball *b, const expr_id *list, int count)
     cover(b);
     drop_solutions(b);
     cover(b);
-    sga_watch_count(SGA_COUNT_BALLS, count);
-    for (int i = 0; i < count; i++)
-        eval(b, list[i]);
+    for (int from = 0; from < count; from += BATCH) {
+        int upto = count - from > BATCH ? from + BATCH : count;
+        sga_watch_count(SGA_COUNT_BALLS, upto - from);
+        for (int i = from; i < upto; i++)
+            eval(b, list[i]);
+    }
 }

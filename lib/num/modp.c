@@ -11,6 +11,8 @@
 #include "mem.h"
 #include "watch.h"
 
+enum { BATCH = 1 << 12 };      /* nodes between looks at the clock */
+
 /* The least safe primes above 2^60 that are 11 modulo 12, less 2^60: -1 is no square
  * and every residue has one cube root. The unit test proves them. */
 static const int prime_offset[NUM_MODP_PRIMES] = {
@@ -222,9 +224,12 @@ static void eval(struct num_modp *m, expr_id e)
 void num_modp_extend(struct num_modp *m)
 {
     cover(m);
-    sga_watch_count(SGA_COUNT_MODULAR, m->st->nodes - m->nodes);
-    for (; m->nodes < m->st->nodes; m->nodes++)
-        eval(m, m->nodes);
+    while (m->nodes < m->st->nodes) {
+        int upto = m->st->nodes - m->nodes > BATCH ? m->nodes + BATCH : m->st->nodes;
+        sga_watch_count(SGA_COUNT_MODULAR, upto - m->nodes);
+        for (; m->nodes < upto; m->nodes++)
+            eval(m, m->nodes);
+    }
     assert(m->nodes == m->st->nodes);
 }
 
@@ -237,7 +242,10 @@ void num_modp_list(struct num_modp *m, const expr_id *list, int count)
             free(q->y);
             q->y = NULL;
         }
-    sga_watch_count(SGA_COUNT_MODULAR, count);
-    for (int i = 0; i < count; i++)
-        eval(m, list[i]);
+    for (int from = 0; from < count; from += BATCH) {
+        int upto = count - from > BATCH ? from + BATCH : count;
+        sga_watch_count(SGA_COUNT_MODULAR, upto - from);
+        for (int i = from; i < upto; i++)
+            eval(m, list[i]);
+    }
 }

@@ -147,12 +147,24 @@ static void explain_limits(struct job *j)
         sga_limits_explain(j->warnings, j->err);
 }
 
+/* What a process that may leave does not give back piece by piece: a large job's end would wait for that. */
+static const size_t LEFT_BEHIND = 256 << 20;
+
+static void leave(struct run *r)
+{
+    enum sga_code code = r->job.err->code;
+    bool limit = code == SGA_E_LIMIT_SECONDS || code == SGA_E_LIMIT_MEMORY || code == SGA_E_CANCELLED;
+    if (limit && r->options->wall && sga_watch_used() > LEFT_BEHIND)
+        wall(r, r->job.err);
+}
+
 /* One way through, from the text. */
 static bool run_text(struct run *r, const char *request, size_t length, bool tied, struct sga_buf *out, bool *again)
 {
     struct request own = { 0 };
     struct sga_warnings warnings = { 0 };
     struct job *j = &r->job;
+    double begin = sga_now();
     j->request = &own;
     j->warnings = &warnings;
     j->clock = sga_zeros(&j->mem, 1, sizeof *j->clock);
@@ -163,10 +175,12 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
     set_budget(r);                 /* the service's; the request's own once it is read */
     sga_watch_begin(j->budget, r->options->wall ? wall : NULL, r);
     if (!request_read(&own, request, length, j->err)) {
+        leave(r);
         sga_watch_end();
         sga_arena_end(&j->mem);
         return false;
     }
+    j->spent += sga_now() - begin;
     set_budget(r);
     if (own.want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA))
         r->share.to = AFTER_MOTION;
@@ -174,6 +188,7 @@ static bool run_text(struct run *r, const char *request, size_t length, bool tie
     if (!ok && !*again) {
         name_stage(j->err, j->stage);
         explain_limits(j);
+        leave(r);
     }
     sga_watch_end();
     job_part_clear(j);

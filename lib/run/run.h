@@ -19,8 +19,9 @@ struct sga_run_options {
     double max_seconds;                 /* server's maximum; 0: 3600 */
     size_t max_memory;                  /* bytes that a job may add to the process; 0: 16 GB */
     size_t max_result;                  /* bytes of the result's text; 0: 1 GB */
-    /* Where a library call runs past memory or time and cannot be left: tells why, does
-     * not return. NULL: such a job goes on, and the process aborts once memory ends. */
+    /* Where a library call runs past memory or time and cannot be left, and where a job that met a limit has so much memory
+     * that giving it back would take long: tells why, does not return. NULL: such a job goes on, and the process aborts once
+     * memory ends. */
     void (*wall)(void *ctx, const struct sga_error *err);
     void (*progress)(void *ctx, const char *stage, double fraction, double t);  /* may be NULL; fraction 0..1; t: where a motion is, else NAN */
     bool (*cancelled)(void *ctx);       /* may be NULL; asked often */

@@ -121,6 +121,20 @@ static void past_the_deadline(void)
         CHECK(false, "no wall");
     }
     CHECK(last.code == SGA_E_LIMIT_SECONDS && strstr(last.detail, "5 seconds") && strstr(last.detail, "105."), "%s", last.detail);
+    last = err;
+    if (!setjmp(away)) {                   /* and in loops that allocate nothing */
+        sga_watch_begin(&b, wall, NULL);
+        for (int i = 0; i < 64; i++)
+            sga_watch_count(SGA_COUNT_BALLS, 1000);
+        CHECK(false, "no wall");
+    }
+    CHECK(last.code == SGA_E_LIMIT_SECONDS, "%s", last.detail);
+    b.deadline = sga_now() + 100;
+    sga_watch_begin(&b, wall, NULL);
+    for (int i = 0; i < 64; i++)
+        sga_watch_count(SGA_COUNT_BALLS, 1000);
+    CHECK(sga_watch_counted(SGA_COUNT_BALLS) == 64000, "in time");
+    sga_watch_end();
 }
 
 int main(void)
