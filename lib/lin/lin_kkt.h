@@ -25,6 +25,9 @@ struct lin_sparse;
  * n = 0 are allowed. */
 struct lin_kkt *lin_kkt_new(const struct lin_sparse *J);
 void lin_kkt_free(struct lin_kkt *k);
+/* The rows hang together so that factors fill, as far as the ordering can tell: a step that moves as many variables as there are rows
+ * may be found where one of least norm costs thousands of times more. O(1). */
+bool lin_kkt_fills(const struct lin_kkt *k);
 
 /* Takes J's values (in the order of the pattern's entries), w (n; NULL: all 1) and held
  * (n; NULL: none), and factors. False: a value is not finite, a weight is not positive,

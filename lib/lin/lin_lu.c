@@ -112,6 +112,11 @@ bool lin_lu_factor(struct lin_lu *lu, const double *val)
     return lu->regular;
 }
 
+double lin_lu_foretold(const struct lin_lu *lu)
+{
+    return lu->symbolic ? fmax(lu->symbolic->est_flops, 0) : 0;
+}
+
 double lin_lu_rcond_crude(const struct lin_lu *lu)
 {
     if (lu->n == 0)

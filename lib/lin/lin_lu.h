@@ -30,6 +30,9 @@ bool lin_lu_factor(struct lin_lu *lu, const double *val);
 double lin_lu_rcond_crude(const struct lin_lu *lu);
 double lin_lu_rcond(struct lin_lu *lu);
 
+/* What the ordering foretells of one factorisation: multiplications, 0 where it is not known. O(1). */
+double lin_lu_foretold(const struct lin_lu *lu);
+
 /* b becomes A^-1 b, or A^-T b. The last lin_lu_factor must have returned true. */
 void lin_lu_solve(struct lin_lu *lu, double *b);
 void lin_lu_solve_transposed(struct lin_lu *lu, double *b);

@@ -75,6 +75,8 @@ int normal_step(struct normal *w, const double *r, double *d)
 {
     if (!w->kkt)
         return dense(w, r, d);
+    if (lin_kkt_fills(w->kkt))
+        return normal_basic_step(w, r, d);
     if (!lin_kkt_factor(w->kkt, w->packed, NULL, NULL))
         return (double)w->c * w->c * w->n > DENSE_WORK ? normal_basic_step(w, r, d) : dense(w, r, d);
     lin_kkt_solve(w->kkt, r, NULL, d);

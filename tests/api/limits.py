@@ -113,7 +113,7 @@ def ended(build, c):
 
 
 def wide(n, limits):
-    """Nonlinear, and coupled across: no machine reduces 40,000 of them in seconds."""
+    """Nonlinear, and coupled across: no machine reduces 200,000 of them in seconds."""
     v = names(n)
     equations = [f"{v[i]}' = -{v[i]}^3 + {i % 7 + 1}*{v[(i + 1) % n]} - sin({v[(7 * i + 3) % n]})" if i % 2 == 0
                  else f"{v[i]}^3 + {v[i]} = {v[(i + 1) % n]} + {i % 5 + 1}*{v[i - 1]}*sin({v[(7 * i + 3) % n // 2 * 2]})/2" for i in range(n)]
@@ -123,8 +123,8 @@ def wide(n, limits):
 def large_ended(build, c):
     """A large job ends by its own limit, the time for reading it included, before its worker loses patience."""
     with Daemon(build, "--workers", "1", "--body-limit", str(64 << 20)) as d:
-        for seconds in (3, 6):
-            job = d.wait(d.ask("POST", "/v1/jobs", wide(40000, {"seconds": seconds})).json()["id"], 120)
+        for seconds in (4, 8):
+            job = d.wait(d.ask("POST", "/v1/jobs", wide(200000, {"seconds": seconds})).json()["id"], 120)
             error = job.get("error", {})
             c(error.get("code") == "time_limit" and f"{seconds} seconds" in error.get("detail", ""), f"{seconds} s: its limit", error or job.get("status"))
             c("had not come to an end" not in error.get("detail", ""), f"{seconds} s: by itself", error)

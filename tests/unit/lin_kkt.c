@@ -198,6 +198,28 @@ static void test_empty(void)
     lin_kkt_free(NULL);
 }
 
+/* Rows with four entries: along a chain, over a plane grid, and across a random graph. */
+static void test_fill(void)
+{
+    enum { SIDE = 60, C = SIDE * SIDE };
+    static int row[4 * C], col[4 * C];
+    static const bool fills[] = { false, false, true };
+    for (int kind = 0; kind < 3; kind++) {
+        for (int i = 0; i < C; i++) {
+            int near[] = { (i + 1) % C, (i + 2) % C, (i + 3) % C }, grid[] = { i % SIDE ? i - 1 : i + 1, (i + 1) % C, (i + SIDE) % C };
+            for (int k = 0; k < 4; k++) {
+                row[4 * i + k] = i;
+                col[4 * i + k] = !k ? C + i : kind == 0 ? near[k - 1] : kind == 1 ? grid[k - 1] : (int)(fabs(uniform()) * C) % C;
+            }
+        }
+        struct lin_sparse *J = lin_sparse_from_entries(C, 2 * C, 4 * C, row, col, NULL);
+        struct lin_kkt *k = lin_kkt_new(J);
+        CHECK(lin_kkt_fills(k) == fills[kind], "kind %d", kind);
+        lin_kkt_free(k);
+        lin_sparse_free(J);
+    }
+}
+
 int main(void)
 {
     lin_init();
@@ -208,5 +230,6 @@ int main(void)
     test_extreme();
     test_chain();
     test_empty();
+    test_fill();
     return CHECK_END();
 }
