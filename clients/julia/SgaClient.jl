@@ -88,7 +88,15 @@ function ask(client::Client, method::String, path::String, body::Union{Nothing,S
 end
 
 json_of(request::AbstractString) = String(request)
-json_of(request) = JSON.json(request)
+
+"What stands for many entries is not written out here: lists come whole, unless the request says otherwise."
+function json_of(request)
+    whole = Dict{String,Any}("families" => "whole")
+    for (key, value) in pairs(request)
+        whole[string(key)] = value
+    end
+    return JSON.json(whole)
+end
 
 """
     submit(client, request)
