@@ -2,6 +2,7 @@
 #include "ball.h"
 
 #include <arb_mat.h>
+#include <assert.h>
 #include <stdbool.h>
 #include <stdlib.h>
 
@@ -18,9 +19,13 @@ void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec)
 
 static void drop_solutions(struct num_ball *b)
 {
-    for (int i = 0; i < b->solutions; i++)
+    for (int i = 0; i < b->solutions; i++) {
+        int m = b->st->solve[i].m;
         if (b->solution[i])
-            _arb_vec_clear(b->solution[i], b->st->solve[i].m);
+            _arb_vec_clear(b->solution[i], m);
+        if (b->inverse[i])
+            _arb_vec_clear(b->inverse[i], (slong)m * m);
+    }
     b->solutions = 0;
 }
 
@@ -34,6 +39,7 @@ void num_ball_clear(struct num_ball *b)
     free(b->value);
     free(b->symbol);
     free(b->solution);
+    free(b->inverse);
     *b = (struct num_ball){ 0 };
 }
 
@@ -52,8 +58,9 @@ static void cover(struct num_ball *b)
         arb_init(b->value + b->values);
     grow(&b->symbol, &b->symbol_cap, b->st->symbols);
     SGA_RESERVE(b->solution, b->solution_cap, b->st->solves);
+    SGA_RESERVE(b->inverse, b->inverse_cap, b->st->solves);
     for (; b->solutions < b->st->solves; b->solutions++)
-        b->solution[b->solutions] = NULL;
+        b->solution[b->solutions] = b->inverse[b->solutions] = NULL;
 }
 
 void num_ball_set(struct num_ball *b, int symbol, const arb_t v)
@@ -74,19 +81,45 @@ void num_ball_forget(struct num_ball *b)
     drop_solutions(b);
 }
 
+static void matrix_of(arb_mat_t A, const struct num_ball *b, const struct expr_solve *s)
+{
+    arb_mat_init(A, s->m, s->m);
+    for (int i = 0; i < s->m; i++)
+        for (int j = 0; j < s->m; j++)
+            arb_set(arb_mat_entry(A, i, j), b->value + s->matrix[i * s->m + j]);
+}
+
+arb_srcptr num_ball_inverse(struct num_ball *b, int index)
+{
+    int m = b->st->solve[index].m;
+    assert(index < b->solutions);
+    if (b->inverse[index])
+        return b->inverse[index];
+    arb_mat_t A;
+    matrix_of(A, b, b->st->solve + index);
+    bool ok = arb_mat_inv(A, A, b->prec);
+    b->inverse[index] = _arb_vec_init((slong)m * m);
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < m; j++) {
+            if (ok)
+                arb_swap(b->inverse[index] + i * m + j, arb_mat_entry(A, i, j));
+            else
+                arb_indeterminate(b->inverse[index] + i * m + j);
+        }
+    arb_mat_clear(A);
+    return b->inverse[index];
+}
+
 static void solve(struct num_ball *b, int index)
 {
     const struct expr_solve *s = b->st->solve + index;
     int m = s->m;
     arb_mat_t A, r, y;
-    arb_mat_init(A, m, m);
+    matrix_of(A, b, s);
     arb_mat_init(r, m, 1);
     arb_mat_init(y, m, 1);
-    for (int i = 0; i < m; i++) {
+    for (int i = 0; i < m; i++)
         arb_set(arb_mat_entry(r, i, 0), b->value + s->rhs[i]);
-        for (int j = 0; j < m; j++)
-            arb_set(arb_mat_entry(A, i, j), b->value + s->matrix[i * m + j]);
-    }
     b->solution[index] = _arb_vec_init(m);
     bool ok = arb_mat_solve(y, A, r, b->prec);
     for (int i = 0; i < m; i++) {

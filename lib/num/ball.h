@@ -17,8 +17,9 @@ struct num_ball {
     arb_ptr value;  int nodes;     /* values of the nodes known so far */
     size_t value_cap, symbol_cap;
     size_t values;                 /* set up of value_cap: room that is never used is never touched */
-    arb_ptr *solution;             /* by linear solve: its solution, once computed */
-    int solutions; size_t solution_cap;
+    arb_ptr *solution;             /* by linear solve: its solution, once computed; */
+    arb_ptr *inverse;              /* and its matrix's inverse, row by row, once a gradient asks */
+    int solutions; size_t solution_cap, inverse_cap;
 };
 
 void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec);
@@ -42,9 +43,12 @@ static inline slong num_ball_log2(const arf_t x)
     return e > most ? most : e < -most ? -most : e;
 }
 
+/* The inverse of a solve's matrix, m x m, row by row: borrowed until values change. Indeterminate where the matrix may be singular.
+ * Some m^3 once for a point. */
+arb_srcptr num_ball_inverse(struct num_ball *b, int solve);
 /* Gradient of `root` by one reverse sweep over `list` (its cone, values known): adds
  * nothing, overwrites grad[col_of_symbol[s]] for symbols with col_of_symbol[s] >= 0.
- * scratch must hold st->nodes balls, all zero; it is left all zero. */
+ * scratch must hold st->nodes balls, all zero; it is left all zero. A solve of m unknowns costs m^2 a sweep, beside its inverse. */
 void num_ball_gradient(struct num_ball *b, expr_id root, const expr_id *list, int count,
                        const int *col_of_symbol, arb_ptr grad, arb_ptr scratch);
 

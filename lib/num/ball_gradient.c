@@ -1,8 +1,10 @@
 /* Reverse sweep in balls. */
 #include "ball.h"
 
-#include <arb_mat.h>
+#include <arb.h>
 
+#include "arena.h"
+#include "mem.h"
 #include "op.h"
 #include "watch.h"
 
@@ -97,29 +99,57 @@ static void binary_partial(arb_t t, enum expr_op op, int k, arb_srcptr x, arb_sr
 }
 
 /* y = S^-1 r: r~ = S^-T e_row * bar, S~ = -r~ y^T */
-static void solve_back(struct num_ball *b, const struct expr_node *n, arb_srcptr bar, arb_ptr adj)
+/* What the components of solves have gathered so far. All of them come after the solve's inputs, so that it is handed on once for
+ * all, at the first of them in the list, which is the last one of the sweep. */
+struct gathered {
+    struct sga_arena mem;
+    arb_ptr *sum;        /* by solve: m balls, or NULL; */
+    int *first;          /* the place of its first component in the list */
+};
+
+static void gathered_init(struct gathered *g, const struct expr_store *st, const expr_id *list, int count)
 {
-    const struct expr_solve *s = b->st->solve + n->a;
-    int m = s->m;
-    arb_mat_t A, r, y;
-    arb_mat_init(A, m, m);
-    arb_mat_init(r, m, 1);
-    arb_mat_init(y, m, 1);
-    arb_set(arb_mat_entry(r, n->b, 0), bar);
+    g->sum = sga_zeros(&g->mem, (size_t)st->solves + 1, sizeof *g->sum);
+    g->first = sga_zeros(&g->mem, (size_t)st->solves + 1, sizeof *g->first);
+    for (int i = count - 1; i >= 0; i--)
+        if (st->node[list[i]].op == EXPR_SOLVE)
+            g->first[st->node[list[i]].a] = i;
+}
+
+static void gathered_end(struct gathered *g, const struct expr_store *st)
+{
+    for (int i = 0; g->sum && i < st->solves; i++)
+        if (g->sum[i])
+            _arb_vec_clear(g->sum[i], st->solve[i].m);
+    sga_arena_end(&g->mem);
+}
+
+/* The component n->b has the adjoint bar: A^T y = bar e_b. */
+static void gather(struct num_ball *b, struct gathered *g, const struct expr_node *n, arb_srcptr bar)
+{
+    int m = b->st->solve[n->a].m;
+    arb_srcptr row = num_ball_inverse(b, n->a) + (slong)n->b * m;
+    if (!g->sum[n->a])
+        g->sum[n->a] = _arb_vec_init(m);
     for (int i = 0; i < m; i++)
-        for (int j = 0; j < m; j++)
-            arb_set(arb_mat_entry(A, i, j), b->value + s->matrix[j * m + i]);
-    if (!arb_mat_solve(y, A, r, b->prec))
-        for (int i = 0; i < m; i++)
-            arb_indeterminate(arb_mat_entry(y, i, 0));
-    for (int i = 0; i < m; i++) {
-        arb_add(adj + s->rhs[i], adj + s->rhs[i], arb_mat_entry(y, i, 0), b->prec);
-        for (int j = 0; j < m; j++)
-            arb_submul(adj + s->matrix[i * m + j], arb_mat_entry(y, i, 0), b->solution[n->a] + j, b->prec);
+        arb_addmul(g->sum[n->a] + i, bar, row + i, b->prec);
+}
+
+/* dr = y and dA = - y x^T, for entries that are no numbers. */
+static void hand_on(struct num_ball *b, const struct gathered *g, int solve, arb_ptr adj)
+{
+    const struct expr_solve *s = b->st->solve + solve;
+    const struct expr_node *node = b->st->node;
+    for (int i = 0; i < s->m; i++) {
+        arb_srcptr y = g->sum[solve] + i;
+        if (node[s->rhs[i]].op != EXPR_CONST)
+            arb_add(adj + s->rhs[i], adj + s->rhs[i], y, b->prec);
+        for (int j = 0; j < s->m; j++) {
+            expr_id e = s->matrix[i * s->m + j];
+            if (node[e].op != EXPR_CONST)
+                arb_submul(adj + e, y, b->solution[solve] + j, b->prec);
+        }
     }
-    arb_mat_clear(A);
-    arb_mat_clear(r);
-    arb_mat_clear(y);
 }
 
 static void back(struct num_ball *b, expr_id e, arb_srcptr bar, arb_ptr adj, arb_ptr t)
@@ -144,8 +174,7 @@ static void back(struct num_ball *b, expr_id e, arb_srcptr bar, arb_ptr adj, arb
         binary_partial(t, (enum expr_op)n->op, 1, v + n->a, v + n->b, v + e, p);
         arb_addmul(db, bar, t, p);
         break;
-    case EXPR_SOLVE: solve_back(b, n, bar, adj); break;
-    case EXPR_UNDEF_OP: case EXPR_CONST: case EXPR_PI: case EXPR_SYM: break;
+    case EXPR_SOLVE: case EXPR_UNDEF_OP: case EXPR_CONST: case EXPR_PI: case EXPR_SYM: break;
     default:
         unary_partial(t, (enum expr_op)n->op, v + n->a, v + e, n->b, p);
         arb_addmul(da, bar, t, p);
@@ -157,21 +186,28 @@ void num_ball_gradient(struct num_ball *b, expr_id root, const expr_id *list, in
                        const int *col_of_symbol, arb_ptr grad, arb_ptr adj)
 {
     arb_t t;
+    struct gathered g = { .sum = NULL };
     arb_init(t);
     sga_watch_count(SGA_COUNT_BALLS, count);
     arb_one(adj + root);
     for (int i = count - 1; i >= 0; i--) {
         expr_id e = list[i];
-        if (!arb_is_zero(adj + e)) {
-            const struct expr_node *n = b->st->node + e;
-            if (n->op == EXPR_SYM) {
-                if (col_of_symbol[n->a] >= 0)
-                    arb_set(grad + col_of_symbol[n->a], adj + e);
-            } else {
+        const struct expr_node *n = b->st->node + e;
+        if (n->op == EXPR_SOLVE) {
+            if (!g.sum)
+                gathered_init(&g, b->st, list, i + 1);
+            if (!arb_is_zero(adj + e))
+                gather(b, &g, n, adj + e);
+            if (g.first[n->a] == i && g.sum[n->a])
+                hand_on(b, &g, n->a, adj);
+        } else if (!arb_is_zero(adj + e)) {
+            if (n->op != EXPR_SYM)
                 back(b, e, adj + e, adj, t);
-            }
+            else if (col_of_symbol[n->a] >= 0)
+                arb_set(grad + col_of_symbol[n->a], adj + e);
         }
         arb_zero(adj + e);
     }
+    gathered_end(&g, b->st);
     arb_clear(t);
 }

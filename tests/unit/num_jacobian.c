@@ -5,8 +5,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "ball.h"
 #include "derive.h"
 #include "jacobian.h"
+#include "mem.h"
 #include "random_expr.h"
 
 static struct random_source rng;
@@ -208,6 +210,62 @@ static void edges(void)
     expr_store_clear(&st);
 }
 
+/* The same gradient in balls at a point that is a double: they hold it. */
+static void in_balls(struct expr_store *st, expr_id root, int n, const double *in, const double *expected)
+{
+    struct num_ball b;
+    struct expr_cone cone;
+    int *column = sga_malloc((size_t)st->symbols * sizeof *column), zero = 0;
+    arb_ptr grad = _arb_vec_init(n), scratch = _arb_vec_init(st->nodes);
+    num_ball_init(&b, st, 100);
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &root, 1);
+    for (int i = 0; i < n; i++) {
+        column[i] = i;
+        num_ball_set_d(&b, i, in[i]);
+    }
+    num_ball_list(&b, cone.list, cone.count);
+    for (int turn = 0; turn < 2; turn++)      /* the second with what the first found */
+        num_ball_gradient(&b, root, cone.list, cone.count, column, grad, scratch);
+    for (int i = 0; i < n; i++) {
+        double v = arf_get_d(arb_midref(grad + i), ARF_RND_NEAR), wide = mag_get_d(arb_radref(grad + i));
+        CHECK(fabs(v - expected[i]) < 1e-12 * (1 + fabs(v)) && wide < 1e-15 * (1 + fabs(v)), "balls %d: %g +- %g, %g", i, v, wide, expected[i]);
+    }
+    for (int i = 0; i < st->nodes; i++)
+        zero += arb_is_zero(scratch + i) != 0;
+    CHECK(zero == st->nodes, "%d of %d", zero, st->nodes);
+    expr_cone_clear(&cone);
+    num_ball_clear(&b);
+    _arb_vec_clear(grad, n);
+    _arb_vec_clear(scratch, st->nodes);
+    free(column);
+}
+
+/* A solve whose matrix and right-hand side have components of another, and that are used by turns with what they make. */
+static void nested(struct expr_store *st, const expr_id *y, int m, const expr_id *x, int n, const double *in)
+{
+    expr_id a[9], r[3], root = expr_mul(st, y[0], x[0]);
+    int inputs[8];
+    double values[8] = { 0 }, all[8] = { 0 };
+    for (int i = 0; i < 9; i++)
+        a[i] = i % 4 == 0 ? expr_add(st, expr_int(st, 3), expr_mul(st, y[i % m], y[i % m])) : i == 2 ? expr_int(st, 0) : expr_mul(st, x[i % n], y[(i + 1) % m]);
+    for (int i = 0; i < 3; i++)
+        r[i] = i ? expr_add(st, y[i], x[i]) : expr_int(st, 1);
+    int s = expr_solve_add(st, 3, a, r);
+    for (int i = 2; i >= 0; i--)
+        root = expr_add(st, expr_mul(st, root, expr_solution(st, s, i)), expr_fun(st, EXPR_SIN, expr_solution(st, s, i)));
+    for (int i = 0; i < n; i++)
+        inputs[i] = i;
+    struct num_tape *t = num_tape_new(st, &root, 1, inputs, n, NULL);
+    struct num_jacobian *j = num_jacobian_new(t, NULL, 0);
+    CHECK(num_jacobian_eval(j, in, NULL, values), "finite");
+    for (int c = 0; c < n; c++)
+        all[c] = entry(j, values, 0, c);
+    in_balls(st, root, n, in, all);
+    num_jacobian_free(j);
+    num_tape_free(t);
+}
+
 /* S(x) y = r(x): against central differences; few columns run forward, few rows in
  * reverse, and both must agree. */
 static void linear_solve(void)
@@ -215,7 +273,7 @@ static void linear_solve(void)
     enum { M = 4, N = 6 };
     struct expr_store st;
     expr_store_init(&st);
-    expr_id x[N], a[M * M], r[M], root[M + 1], *last = root + M;
+    expr_id x[N] = { 0 }, a[M * M], r[M], root[M + 1], *last = root + M;
     int inputs[N];
     double in[N], values[(M + 1) * N], row[N], col[M + 1], up[M + 1], down[M + 1], h = 1e-6;
     for (int i = 0; i < N; i++) {
@@ -259,6 +317,10 @@ static void linear_solve(void)
     CHECK(num_jacobian_eval(j1, in, NULL, row), "finite");
     for (int c = 0; c < N; c++)
         CHECK(fabs(entry(j1, row, 0, c) - entry(j, values, M, c)) < 1e-12 * (1 + fabs(entry(j, values, M, c))), "reverse %d", c);
+    for (int c = 0; c < N; c++)
+        row[c] = entry(j, values, M, c);
+    in_balls(&st, *last, N, in, row);
+    nested(&st, root, M, x, N, in);       /* last: the store grows */
     num_jacobian_free(j1);
     num_tape_free(t1);
     num_jacobian_free(j);
