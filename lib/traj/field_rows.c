@@ -280,9 +280,13 @@ int field_rank_told(struct field *f)
     struct definitions names = { 0 };
     if (ok && !all_constant(f))
         definitions_find(&names, f->sys, DEFINITIONS_ALL, NULL);
+    struct told told;
+    told_begin(&told, f->sys, &names, f->in);
     for (int i = 0; i < f->rows && ok; i++)
         for (int k = 0; k < f->sys->row[i].entries; k++, q++)
-            noise[q] = fmax(noise[q], told_rounding(f->sys, &names, f->sys->row[i].entry[k].value, f->in));
+            if (!expr_is_const(f->sys->store, f->sys->row[i].entry[k].value))
+                noise[q] = fmax(noise[q], told_rounding(&told, f->sys->row[i].entry[k].value));
+    told_end(&told);
     definitions_clear(&names);
     for (q = 0; q < entries && ok; q++)
         if (fabs(f->kept[q]) <= noise[q])

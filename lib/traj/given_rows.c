@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "error.h"
 #include "field.h"
 #include "jacobian.h"
@@ -58,10 +59,12 @@ bool given_rows_hold(const struct sys_system *sys, const struct traj_request *rq
         memcpy(in, x, (size_t)n * sizeof *in);
         in[n] = rq->start;
         bool valued = num_jacobian_eval(jac, in, miss, slope);
+        SGA_ENDS(told_end) struct told told;
+        told_begin(&told, sys, NULL, in);
         for (int i = 0; i < count && valued && ok; i++) {
             if (!(distance(&s, jac, slope, x, i, miss[i]) > MISSED))
                 continue;
-            double sum = told_rounding(sys, NULL, equation[i], in) / DBL_EPSILON;
+            double sum = told_rounding(&told, equation[i]) / DBL_EPSILON;
             if (fabs(miss[i]) > MISSED * sum)
                 ok = sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "no consistent start was found: where the constraints hold as far as their digits tell, %s misses by %.3g, where its "
                                  "terms are of size %.3g; give trajectory.initial nearer to a consistent start, or write the equations in another order", sys->row[row[i]].source, fabs(miss[i]), sum);

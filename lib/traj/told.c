@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "ball.h"
+#include "arena.h"
 #include "definition.h"
 #include "mem.h"
 #include "signals.h"
@@ -30,38 +30,47 @@ static double magnitude(const struct expr_store *st, const struct expr_cone *con
     }
 }
 
-/* Of e at what the ball was set to; names: of variables that count as what defines them, or NULL. */
-static double magnitude_of(const struct sys_system *sys, const struct definitions *names, struct num_ball *b, expr_id e)
+/* Of e at the place. cone: whose walk it is; names: or NULL. */
+static double magnitude_of(struct told *t, const struct definitions *names, struct expr_cone *cone, expr_id e)
 {
-    const struct expr_store *st = sys->store;
-    struct expr_cone cone;
-    expr_cone_init(&cone);
-    expr_cone_of(st, &cone, &e, 1);
-    expr_cone_index(&cone);
-    num_ball_list(b, cone.list, cone.count);
-    double *value = sga_malloc((2 * (size_t)cone.count + 1) * sizeof *value), *large = value + cone.count;
-    for (int k = 0; k < cone.count; k++)
-        value[k] = arf_get_d(arb_midref(num_ball_value(b, cone.list[k])), ARF_RND_NEAR);
-    for (int k = 0; k < cone.count; k++) {
-        large[k] = magnitude(st, &cone, k, value, large);
+    const struct expr_store *st = t->sys->store;
+    expr_cone_of(st, cone, &e, 1);
+    expr_cone_index(cone);
+    num_ball_list(&t->at, cone->list, cone->count);
+    SGA_FREED double *value = sga_malloc((2 * (size_t)cone->count + 1) * sizeof *value);
+    double *large = value + cone->count;
+    for (int k = 0; k < cone->count; k++)
+        value[k] = arf_get_d(arb_midref(num_ball_value(&t->at, cone->list[k])), ARF_RND_NEAR);
+    for (int k = 0; k < cone->count; k++) {
+        large[k] = magnitude(st, cone, k, value, large);
         for (int i = 0; names && i < names->count; i++)
-            if (expr_op_of(st, cone.list[k]) == EXPR_SYM && st->node[cone.list[k]].a == sys->variable[names->at[i].variable].symbol)
-                large[k] = fmax(large[k], SOLVED * magnitude_of(sys, NULL, b, names->at[i].value));
+            if (expr_op_of(st, cone->list[k]) == EXPR_SYM && st->node[cone->list[k]].a == t->sys->variable[names->at[i].variable].symbol) {
+                SGA_ENDS(expr_cone_clear) struct expr_cone own;
+                expr_cone_init(&own);
+                large[k] = fmax(large[k], SOLVED * magnitude_of(t, NULL, &own, names->at[i].value));
+            }
     }
-    double all = large[cone.count - 1];
-    free(value);
-    expr_cone_clear(&cone);
-    return all;
+    return large[cone->count - 1];
 }
 
-double told_rounding(const struct sys_system *sys, const struct definitions *names, expr_id e, const double *in)
+void told_begin(struct told *t, const struct sys_system *sys, const struct definitions *names, const double *in)
 {
-    struct num_ball b;
-    num_ball_init(&b, sys->store, BITS);
+    *t = (struct told){ .sys = sys, .names = names };
+    num_ball_init(&t->at, sys->store, BITS);
+    expr_cone_init(&t->cone);
     for (int j = 0; j <= sys->variables; j++)
-        num_ball_set_d(&b, j < sys->variables ? sys->variable[j].symbol : sys->time, in[j]);
-    signals_set(sys, in[sys->variables], &b);
-    double rounding = DBL_EPSILON * magnitude_of(sys, names, &b, e);
-    num_ball_clear(&b);
+        num_ball_set_d(&t->at, j < sys->variables ? sys->variable[j].symbol : sys->time, in[j]);
+    signals_set(sys, in[sys->variables], &t->at);
+}
+
+void told_end(struct told *t)
+{
+    num_ball_clear(&t->at);
+    expr_cone_clear(&t->cone);
+}
+
+double told_rounding(struct told *t, expr_id e)
+{
+    double rounding = DBL_EPSILON * magnitude_of(t, t->names, &t->cone, e);
     return isfinite(rounding) ? rounding : 0;
 }

@@ -2,14 +2,25 @@
 #ifndef SGA_TRAJ_TOLD_H
 #define SGA_TRAJ_TOLD_H
 
-#include "expr.h"
+#include "ball.h"
 
 struct definitions;
 struct sys_system;
 
-/* What roundings may be of e, in the store of sys, at `in` (variables, then time): the units in the last place of all that is added up in it,
- * in whatever order, and in what defines its variables (or NULL). x - 1 + 1e-200 is not told from x - 1, nor s + 1e-200 where s = x - 1. Costs
+/* One place, for many functions. */
+struct told {
+    const struct sys_system *sys;
+    const struct definitions *names;
+    struct num_ball at;
+    struct expr_cone cone;
+};
+
+/* At `in` (variables, then time) of sys, both borrowed; names: of variables that count as what defines them, or NULL. told_end is due. */
+void told_begin(struct told *t, const struct sys_system *sys, const struct definitions *names, const double *in);
+void told_end(struct told *t);
+/* What roundings may be of e, in the store of sys: the units in the last place of all that is added up in it, in whatever order, and in what
+ * defines its variables. x - 1 + 1e-200 is not told from x - 1, nor s + 1e-200 where s = x - 1. Costs
  * a walk through e and through the definitions. */
-double told_rounding(const struct sys_system *sys, const struct definitions *names, expr_id e, const double *in);
+double told_rounding(struct told *t, expr_id e);
 
 #endif
