@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 void *sga_malloc(size_t size)
 {
@@ -31,6 +32,27 @@ void *sga_realloc(void *p, size_t size)
     if (!p)
         sga_watch_failed(size);
     return p;
+}
+
+static const size_t OWN_PAGES = 1 << 20;
+
+void *sga_zero_pages(size_t size)
+{
+    if (size < OWN_PAGES)
+        return sga_calloc(size, 1);
+    sga_watch_ask(size);
+    void *p = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (p == MAP_FAILED)
+        sga_watch_failed(size);
+    return p;
+}
+
+void sga_zero_pages_free(void *p, size_t size)
+{
+    if (!p || size < OWN_PAGES)
+        free(p);
+    else
+        munmap(p, size);
 }
 
 void *sga_try_malloc(size_t size)

@@ -15,6 +15,10 @@ void *sga_realloc(void *p, size_t size);
 char *sga_strdup(const char *s);
 /* For libraries that can bear it: NULL where memory ends, which is noted (watch.h). */
 void *sga_try_malloc(size_t size);
+/* Zeros, of which what is never touched costs nothing, however large and however often: from a megabyte on pages of the system's own, which
+ * malloc would keep and wipe again. Freed with the same size; NULL is allowed. */
+void *sga_zero_pages(size_t size);
+void sga_zero_pages_free(void *p, size_t size);
 
 /* Copies n doubles one at a time. For the few that were just written one at a time: memcpy
  * reads them in wider pieces, and the processor then waits until the single writes are done

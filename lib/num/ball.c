@@ -5,12 +5,13 @@
 #include <assert.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "mem.h"
 #include "op.h"
 #include "watch.h"
 
-enum { BATCH = 1 << 12 };      /* nodes between looks at the clock */
+enum { BATCH = 1 << 12, BLOCK = 64 };      /* nodes between looks at the clock; of values */
 
 void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec)
 {
@@ -32,11 +33,13 @@ static void drop_solutions(struct num_ball *b)
 void num_ball_clear(struct num_ball *b)
 {
     drop_solutions(b);
-    for (size_t i = 0; i < b->values; i++)
-        arb_clear(b->value + i);
+    for (size_t k = 0; k < b->used_cap; k++)
+        for (size_t i = 0; i < BLOCK && b->used[k]; i++)
+            arb_clear(b->value + k * BLOCK + i);
     for (size_t i = 0; i < b->symbol_cap; i++)
         arb_clear(b->symbol + i);
-    free(b->value);
+    sga_zero_pages_free(b->value, b->used_cap * BLOCK * sizeof *b->value);
+    free(b->used);
     free(b->symbol);
     free(b->solution);
     free(b->inverse);
@@ -51,11 +54,29 @@ static void grow(arb_ptr *v, size_t *cap, int need)
         arb_init(*v + i);
 }
 
+/* Room for all nodes, of which a question about a few touches theirs: all zeros are a ball that is set up, and memory that is asked for
+ * with zeros costs nothing before it is used. */
+static void make_room(struct num_ball *b)
+{
+    size_t blocks = ((size_t)b->st->nodes + BLOCK - 1) / BLOCK;
+    if (blocks <= b->used_cap)
+        return;
+    blocks = blocks > 2 * b->used_cap ? blocks : 2 * b->used_cap;
+    arb_ptr value = sga_zero_pages(blocks * BLOCK * sizeof *value);
+    unsigned char *used = sga_calloc(blocks, 1);
+    for (size_t k = 0; k < b->used_cap; k++)
+        if ((used[k] = b->used[k]))
+            memcpy(value + k * BLOCK, b->value + k * BLOCK, BLOCK * sizeof *value);
+    sga_zero_pages_free(b->value, b->used_cap * BLOCK * sizeof *b->value);
+    free(b->used);
+    b->value = value;
+    b->used = used;
+    b->used_cap = blocks;
+}
+
 static void cover(struct num_ball *b)
 {
-    SGA_RESERVE(b->value, b->value_cap, b->st->nodes);
-    for (; b->values < (size_t)b->st->nodes; b->values++)
-        arb_init(b->value + b->values);
+    make_room(b);
     grow(&b->symbol, &b->symbol_cap, b->st->symbols);
     SGA_RESERVE(b->solution, b->solution_cap, b->st->solves);
     SGA_RESERVE(b->inverse, b->inverse_cap, b->st->solves);
@@ -233,6 +254,7 @@ static void eval(struct num_ball *b, expr_id e)
     arb_ptr v = b->value, r = v + e;
     arb_srcptr x = v + n->a, y = v + n->b;
     slong p = b->prec;
+    b->used[e / BLOCK] = 1;
     switch ((enum expr_op)n->op) {
     case EXPR_UNDEF_OP: arb_indeterminate(r); break;
     case EXPR_CONST: arb_set_fmpq(r, b->st->constant + n->a, p); break;

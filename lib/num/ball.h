@@ -15,8 +15,8 @@ struct num_ball {
     slong prec;                    /* bits */
     arb_ptr symbol; int symbols;   /* values of the symbols, set by the caller */
     arb_ptr value;  int nodes;     /* values of the nodes known so far */
-    size_t value_cap, symbol_cap;
-    size_t values;                 /* set up of value_cap: room that is never used is never touched */
+    size_t symbol_cap;
+    unsigned char *used; size_t used_cap;   /* by block of values: some node of it was evaluated; the others are all zeros, and never touched */
     arb_ptr *solution;             /* by linear solve: its solution, once computed; */
     arb_ptr *inverse;              /* and its matrix's inverse, row by row, once a gradient asks */
     int solutions; size_t solution_cap, inverse_cap;
