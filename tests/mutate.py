@@ -22,17 +22,26 @@ CHANGES = [(r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "
            (r" \* ", " / "), (r" && ", " || "), (r" \|\| ", " && "), (r"\bif \(!", "if ("), (r"\breturn true;", "return false;"),
            (r"\breturn false;", "return true;"), (r"\+\+", "--"), (r" \+= ", " -= "), (r"\b1\b", "2"), (r"\b0\b", "1"), (r"\bfmax\(", "fmin("), (r"\bcontinue;", ";")]
 SKIP = re.compile(r"^\s*(\*|/\*|//|#|enum|struct|static const|[A-Z_]+\()|sga_fail|snprintf|printf|sizeof|\"")
-TURN = 600            # seconds of a processor for one process: the right code takes at most some 100, and a loaded machine changes nothing
+TURN, TIMES = 30, 10  # seconds of a processor for one process: so many times what the right code took, and these at least; a loaded machine changes nothing
 HANGS = 7200          # seconds: nothing that computes gets here; what sleeps for ever does
 
 
-def run(command, cwd, env=None):
-    def turn():
-        resource.setrlimit(resource.RLIMIT_CPU, (TURN, TURN))
+took = {}             # seconds of a processor that the right code took, by command
+
+
+def run(command, cwd, env=None, right=False):
+    """Its status. right: of the right code, which shows what it takes."""
+    key, before = tuple(command), resource.getrusage(resource.RUSAGE_CHILDREN)
+    turn = int(max(TURN, TIMES * took.get(key, 0)))
     try:
-        return subprocess.run(command, cwd=cwd, capture_output=True, timeout=HANGS, check=False, env={**os.environ, **(env or {})}, preexec_fn=turn).returncode
+        status = subprocess.run(command, cwd=cwd, capture_output=True, timeout=HANGS, check=False, env={**os.environ, **(env or {})},
+                                preexec_fn=None if right else lambda: resource.setrlimit(resource.RLIMIT_CPU, (turn, turn))).returncode
     except subprocess.TimeoutExpired:
         return None
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if right:
+        took[key] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return status
 
 
 def sites(tree, folders):
@@ -53,25 +62,26 @@ def sites(tree, folders):
 
 
 def made(tree, build, *targets):
-    return run(["make", "-s", "-j2", f"B={build}", "OPT=-O2", *targets], tree) == 0
+    return run(["make", "-s", "-j2", f"B={build}", "OPT=-O2", *targets], tree, right=True) == 0
 
 
 def seen(tree, build, folders, path=None):
     """By what the change of a file was seen: the unit tests of its folder, before all else is linked; "" where nothing saw it; None where it does not compile."""
     env = {"SGA_TEST_SCALE": "0.1", "SGA_TEST_EVERY": "10", "PYTHONDONTWRITEBYTECODE": "1"}
     python = "/usr/bin/python3"
+    right = path is None
     units = [f[:-2] for f in sorted(os.listdir(os.path.join(tree, "tests", "unit"))) if f.endswith(".c") and f.split("_")[0] in folders]
     if path and not made(tree, build, os.path.join(build, path[:-2] + ".o")):
         return None
     if not made(tree, build, *[os.path.join(build, "unit", u) for u in units]):
         return "units that do not link"
     for u in units:
-        if run([os.path.join(tree, build, "unit", u)], tree, env) != 0:
+        if run([os.path.join(tree, build, "unit", u)], tree, env, right) != 0:
             return f"unit {u}"
     if not made(tree, build, os.path.join(build, "sga")):
         return "a program that does not link"
     for name in ("cases", "start_check", "hard_sets"):
-        if run([python, f"tests/{name}.py", build], tree, env) != 0:
+        if run([python, f"tests/{name}.py", build], tree, env, right) != 0:
             return name
     return ""
 

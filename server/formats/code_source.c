@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "families.h"
+#include "json_scan.h"
 
 int code_source_count(struct slice array)
 {
