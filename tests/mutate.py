@@ -89,6 +89,7 @@ def seen(tree, build, folders, path=None):
 def main():
     tree, count = os.path.abspath(sys.argv[1]), int(sys.argv[2])
     folders, rng = sys.argv[3:] or FOLDERS, random.Random(seed(20261123))
+    os.environ.pop("SGA_TEST_SEED", None)      # it chooses the errors: tests have their own
     shutil.rmtree(tree, ignore_errors=True)
     shutil.copytree(ROOT, tree, ignore=lambda at, names: [n for n in names if at == ROOT and (n.startswith("build") or n == ".git")])
     listed, tried, survived = list(sites(tree, folders)), 0, []
