@@ -8,6 +8,8 @@
 
 #include "arb_ends.h"
 #include "flint_ends.h"
+#include "linear_matrix.h"
+#include "mem.h"
 #include "points.h"
 #include "reduction.h"
 #include "seeds.h"

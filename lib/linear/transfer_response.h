@@ -2,8 +2,8 @@
 #ifndef SGA_LINEAR_TRANSFER_RESPONSE_H
 #define SGA_LINEAR_TRANSFER_RESPONSE_H
 
-#include "linearize.h"
-#include "transfer_matrix.h"
+struct linearization;
+struct transfer_matrix;
 
 struct transfer_response {
     int outputs, inputs;

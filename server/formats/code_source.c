@@ -5,6 +5,7 @@
 #include <assert.h>
 #include <string.h>
 
+#include "buf.h"
 #include "families.h"
 #include "json_scan.h"
 

@@ -2,7 +2,6 @@
 #ifndef SGA_RUN_ASK_WORK_H
 #define SGA_RUN_ASK_WORK_H
 
-#include "arena.h"
 #include "buf.h"
 #include "linear_write.h"
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "linear_modes.h"
 #include "request.h"
 #include "run_job.h"
 
