@@ -1,8 +1,8 @@
 """Small errors put into the code, one at a time: mutate.py BUILD_DIR COUNT [FOLDER...]
 
 Each is a change of one operator, constant or condition in a copy of the sources (folders of lib/; sga, traj, points, ode, poly and
-request unless named). What is built of it must fail some test: the unit tests of its folder, then every tenth case, then starts and
-irregular sets at a small scale. What no test sees is printed: a test is missing there, or the code does not matter. SGA_TEST_SEED
+request unless named). What is built of it must fail some test: the unit tests of its folder, then the suites of SUITES at a small scale, every
+tenth case last. What no test sees is printed: a test is missing there, or the code does not matter. SGA_TEST_SEED
 repeats a run. Ends with the share of errors that were seen, which it puts into doc/developer.md; a process that takes far more of a processor than
 the right code does counts as seen.
 """
@@ -21,7 +21,10 @@ FOLDERS = ["sga", "traj", "points", "ode", "poly", "request"]
 CHANGES = [(r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "), (r" == ", " != "), (r" != ", " == "), (r" \+ ", " - "), (r" - ", " + "),
            (r" \* ", " / "), (r" && ", " || "), (r" \|\| ", " && "), (r"\bif \(!", "if ("), (r"\breturn true;", "return false;"),
            (r"\breturn false;", "return true;"), (r"\+\+", "--"), (r" \+= ", " -= "), (r"\b1\b", "2"), (r"\b0\b", "1"), (r"\bfmax\(", "fmin("), (r"\bcontinue;", ";")]
-SKIP = re.compile(r"^\s*(\*|/\*|//|#|enum|struct|static const|[A-Z_]+\()|sga_fail|snprintf|printf|sizeof|\"")
+SKIP = re.compile(r"^\s*(\*|/\*|//|#|enum|struct|static const|[A-Z_]+\()|sga_fail|snprintf|printf|sizeof|alloc\(|\"")       # more memory than is needed is no error
+# After the unit tests, those that take least first; each at a small scale.
+SUITES = ["hard_sets", "products_check", "switch_check", "slide_check", "units_check", "parameter_cases", "order_check", "start_check", "kepler_check", "spelling_check", "tables_check",
+          "cut_check", "cases"]
 TURN, TIMES = 30, 10  # seconds of a processor for one process: so many times what the right code took, and these at least; a loaded machine changes nothing
 HANGS = 7200          # seconds: nothing that computes gets here; what sleeps for ever does
 
@@ -67,7 +70,7 @@ def made(tree, build, *targets):
 
 def seen(tree, build, folders, path=None):
     """By what the change of a file was seen: the unit tests of its folder, before all else is linked; "" where nothing saw it; None where it does not compile."""
-    env = {"SGA_TEST_SCALE": "0.1", "SGA_TEST_EVERY": "10", "PYTHONDONTWRITEBYTECODE": "1"}
+    env = {"SGA_TEST_SCALE": "0.05", "SGA_TEST_EVERY": "10", "PYTHONDONTWRITEBYTECODE": "1"}
     python = "/usr/bin/python3"
     right = path is None
     units = [f[:-2] for f in sorted(os.listdir(os.path.join(tree, "tests", "unit"))) if f.endswith(".c") and f.split("_")[0] in folders]
@@ -80,7 +83,7 @@ def seen(tree, build, folders, path=None):
             return f"unit {u}"
     if not made(tree, build, os.path.join(build, "sga")):
         return "a program that does not link"
-    for name in ("cases", "start_check", "hard_sets"):
+    for name in SUITES:
         if run([python, f"tests/{name}.py", build], tree, env, right) != 0:
             return name
     return ""
