@@ -4,10 +4,10 @@
 
 #include <stdbool.h>
 
+#include "arena.h"
 #include "expr.h"
 
 struct linear_request;
-struct sga_arena;
 
 /* By rows: rows x cols, EXPR_UNDEF where it is 0. Columns are the variables, then the inputs that are tables. */
 struct linear_gradients {

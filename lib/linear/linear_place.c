@@ -8,7 +8,6 @@
 
 #include "arb_ends.h"
 #include "flint_ends.h"
-#include "linear_matrix.h"
 #include "mem.h"
 #include "points.h"
 #include "reduction.h"

@@ -5,8 +5,9 @@
 
 #include "arena.h"
 #include "ball.h"
+#include "expr.h"
+#include "linear_matrix.h"
 
-struct linear_matrix;
 struct sga_budget;
 struct sga_solution;
 struct sys_system;

@@ -6,9 +6,7 @@
 #include <stdlib.h>
 
 #include "arb_ends.h"
-#include "linearize.h"
 #include "mem.h"
-#include "transfer_matrix.h"
 
 SGA_END_BY(acb_mat_end, acb_mat_t, acb_mat_clear)
 

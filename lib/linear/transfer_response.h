@@ -2,8 +2,8 @@
 #ifndef SGA_LINEAR_TRANSFER_RESPONSE_H
 #define SGA_LINEAR_TRANSFER_RESPONSE_H
 
-struct linearization;
-struct transfer_matrix;
+#include "linearize.h"
+#include "transfer_matrix.h"
 
 struct transfer_response {
     int outputs, inputs;

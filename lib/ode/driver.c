@@ -6,10 +6,17 @@
 #include <string.h>
 
 #include "budget.h"
+#include "share.h"
+#include "error.h"
 #include "larger.h"
 #include "march.h"
 #include "mem.h"
 
+#define LOOK_EVERY 5000        /* attempts between looks at whether the stop is in reach */
+#define BUDGET_EVERY 8         /* attempts between looks at the clock, */
+#define BUDGET_TIME 0.02       /* where they take no longer than this (seconds) */
+#define BEYOND_HOPE 5.0        /* times the limit of steps */
+#define ACROSS_LOOKS 5
 #define AT_ENDING 1e-7         /* of the way made: a sample this near to an ending is not asked for */
 #define BREAK_PART 0.41
 #define FIRST_SERIES 1000.0    /* times longer than usual: a bound for the first step */
@@ -25,6 +32,100 @@ static void march_alloc(struct ode_march *m)
     m->work = at;
 }
 
+/* a + b = sum + *error, exactly (Knuth). */
+static double two_sum(double a, double b, double *error)
+{
+    double s = a + b, v = s - a;
+    *error = (a - (s - v)) + (b - v);
+    return s;
+}
+
+/* Below this, steps are lost in the rounding of t. */
+static double smallest_step(const struct ode_march *m)
+{
+    double range = sga_larger(fabs(m->start->t), fabs(m->stop));
+    return 4 * DBL_EPSILON * sga_larger(fabs(m->t), sga_larger(DBL_EPSILON * range, 1e-300));
+}
+
+void ode_prepare_step(struct ode_march *m, double h)
+{
+    struct ode_step *s = &m->step;       /* one by one: a literal would be cleared as a whole first */
+    s->n = m->p->n;
+    s->t = m->t;
+    s->t_low = m->t_low;
+    s->h = h;
+    s->x = m->x;
+    s->f = m->f;
+    s->rtol = m->o->rtol;
+    s->atol = m->o->atol;
+    s->unit = m->unit;
+    s->dx = m->dx;
+    s->x1 = m->x1;
+    s->f1 = m->f1;
+    s->f_end = NULL;
+    s->log_error = NAN;
+    s->error = s->error_order = s->dense_error = s->doubt = s->cost = s->retry = 0;
+}
+
+double ode_goal(const struct ode_march *m)
+{
+    return m->next_break < m->p->break_count ? m->p->breaks[m->next_break] : m->stop;
+}
+
+/* The motion goes on from the present time to the next break. */
+static void enter(struct ode_march *m)
+{
+    double goal = ode_goal(m);
+    assert((goal - m->t) * m->direction >= 0);       /* breaks are given in the order of the motion */
+    m->piece = m->p->break_count ? fabs(goal - m->t) : INFINITY;
+    if (m->choice.series_state)
+        ode_taylor.forget(m->choice.series_state);       /* another piece has another series */
+    if (m->p->enter)
+        m->p->enter(m->p->ctx, m->t, goal);
+}
+
+/* At a break beyond which the constraints may be others: what may jump does. False: it cannot. Where switches are held nothing jumps here. */
+static bool land(struct ode_march *m)
+{
+    const struct ode_problem *p = m->p;
+    double residual, *old;
+    if (!p->jump || !p->project || m->kinks)
+        return true;
+    old = sga_malloc(((size_t)p->n + 1) * sizeof *old);
+    sga_copy(old, m->x, p->n);
+    bool ok = ode_settle(m, m->t, m->x, 1, &residual);
+    if (!ok) {
+        sga_copy(m->x, old, p->n);
+        ok = p->jump(p->ctx, m->t, m->x);
+        for (int j = 0; j < p->n; j++)
+            m->carry[j] = m->x[j] == old[j] ? m->carry[j] : 0;
+    }
+    free(old);
+    return ok;
+}
+
+/* After a step that ended at a break: the field beyond it. False: ended. */
+static bool pass_break(struct ode_march *m)
+{
+    if (m->next_break == m->p->break_count || m->t != m->p->breaks[m->next_break])
+        return true;
+    m->next_break++;
+    assert(ode_march_sane(m));
+    enter(m);
+    if (!land(m)) {
+        ode_end_at(m, ODE_CONSTRAINT_LOST, "the constraints jump here with a table, and what no equation differentiates cannot follow");
+        return false;
+    }
+    if (!ode_kinks_enter(m))
+        return false;
+    if (ode_eval(&m->field, m->t, m->x, m->f)) {
+        ode_kinks_look(m);
+        return true;
+    }
+    ode_end_at(m, m->field.why, "the vector field has no value beyond this time");
+    return false;
+}
+
 /* The start projected, the samples at the start, the field there and a first step.
  * False: ended, or nothing is left to do. */
 static bool begin(struct ode_march *m, double *h)
@@ -32,7 +133,7 @@ static bool begin(struct ode_march *m, double *h)
     double residual;
     int which;
     size_t n = (size_t)m->p->n;
-    ode_enter(m);
+    enter(m);
     memcpy(m->x, m->start->x, n * sizeof *m->x);
     for (size_t j = 0; m->beside && j < n; j++)
         m->x[j] *= j * 5 % 3 == 1 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;
@@ -62,7 +163,7 @@ static bool begin(struct ode_march *m, double *h)
     if (m->method->series && !(m->o->first_step > 0))       /* which knows better, but not from everywhere */
         *h = fmin(FIRST_SERIES * *h, fabs(m->stop - m->t));
     if (!(m->o->first_step > 0))       /* far from time 0 derivatives by differences may be roundings */
-        *h = fmax(*h, fmin(64 * ode_smallest_step(m), fabs(m->stop - m->t)));
+        *h = fmax(*h, fmin(64 * smallest_step(m), fabs(m->stop - m->t)));
     return ode_kinks_start(m, *h);
 }
 
@@ -111,6 +212,171 @@ static double cut(struct ode_march *m, double h, double *aim)
         return h * 2 > rest && isnan(*aim) ? rest / 2 : h;
     *aim = goal;
     return rest;
+}
+
+static void place(const void *march, double s, double *x)
+{
+    const struct ode_march *m = march;
+    if (s == 1)
+        sga_copy(x, m->x1, m->p->n);
+    else
+        m->method->dense_at(m->state, &m->step, s, x);
+}
+
+/* Explicit steps have looked at many places. */
+static bool goes_on_along(struct ode_march *m)
+{
+    struct ode_path path = { m, m->t, m->step.h, place };
+    return !(m->method->series || m->method->implicit) || m->p->along(m->p->ctx, &path) || ode_eval_refused(&m->field);
+}
+
+/* *h: the size asked for; the size taken, where the method made the step shorter. */
+static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int *through)
+{
+    double residual = 0;
+    ode_prepare_step(m, *h * m->direction);
+    m->dense_checked = false;
+    enum ode_outcome o = m->method->attempt(m->state, &m->field, &m->step);
+    if (fabs(m->step.h) < *h)
+        aim = NAN;
+    *h = fabs(m->step.h);
+    if (o != ODE_STEPPED)
+        return o == ODE_NOT_SOLVED ? NOT_SOLVED : FIELD_REFUSED;
+    m->t1 = two_sum(m->t, m->step.h + m->t_low, &m->t1_low);
+    if (!isnan(aim)) {
+        m->t1 = aim;
+        m->t1_low = 0;
+    }
+    m->error = m->step.error;
+    if (m->step.dense_error > m->error && (m->watch || ode_sample_inside(m)))
+        m->error = m->step.dense_error;
+    if (m->error > 1 && isfinite(m->error) && ode_late_error(m)) {
+        m->error = m->step.error = m->step.dense_error = 0.1;
+        m->step.log_error = NAN;
+        m->late = true;
+    }
+    if (!(m->error <= 1)) {
+        m->field.why = ODE_LEFT_DOMAIN;
+        return isfinite(m->error) ? ERROR_TOO_LARGE : FIELD_REFUSED;
+    }
+    for (int j = 0; j < m->p->n; j++)
+        m->x1[j] = two_sum(m->x[j], m->dx[j] + m->carry[j], &m->carry1[j]);
+    if (m->p->project)
+        sga_copy(m->work, m->x1, m->p->n);
+    if (!ode_settle(m, m->t1, m->x1, ode_settle_most(m, m->step.doubt), &residual))
+        return MANIFOLD_REFUSED;
+    for (int j = 0; m->p->project && j < m->p->n; j++)
+        if (m->work[j] != m->x1[j])
+            m->carry1[j] = 0;
+    if (m->step.f_end && !m->beside && (!m->p->project || (m->method->series && m->moved <= 0.01)))
+        sga_copy(m->f1, m->step.f_end, m->p->n);
+    else if (!ode_eval(&m->field, m->t1, m->x1, m->f1))
+        return FIELD_REFUSED;
+    m->pending_residual = residual;
+    enum ode_refusal cause = ode_kinks_step(m);
+    if (cause == STEP_TAKEN && m->bands)
+        cause = ode_bands_step(m);
+    if (cause != STEP_TAKEN)
+        return cause;
+    if (m->p->along && !goes_on_along(m))
+        return FIELD_REFUSED;
+    cause = ode_sample(m, through);
+    return cause == STEP_TAKEN ? ode_watch_step(m, through) : cause;
+}
+
+static void swap(double **a, double **b)
+{
+    double *c = *a;
+    *a = *b;
+    *b = c;
+}
+
+static void commit(struct ode_march *m, double h, int through)
+{
+    struct ode_stats *s = &m->res->stats;
+    assert(m->step.h * m->direction > 0);       /* it may be shorter than asked for, and does not turn round */
+    s->steps++;
+    s->smallest_step = s->smallest_step > 0 ? sga_smaller(s->smallest_step, h) : h;
+    s->largest_step = sga_larger(s->largest_step, h);
+    s->implicit_steps += m->method->implicit;
+    m->choice.series_steps += m->method->series;
+    bool stiff = m->method->stiff && m->method->stiff(m->state, &m->step);
+    s->stiff_steps += stiff;
+    m->choice.stiff = stiff ? m->choice.stiff + 1 : m->choice.stiff > 0 ? m->choice.stiff - 1 : 0;
+    if (through > m->next)
+        m->res->max_residual = fmax(m->res->max_residual, m->pending_residual);
+    m->next = through;
+    m->last_times[0] = m->last_times[1];
+    m->last_times[1] = m->t;
+    m->t = m->t1;
+    m->t_low = m->t1_low;
+    swap(&m->x, &m->x1);
+    swap(&m->carry, &m->carry1);
+    swap(&m->f, &m->f1);
+    if (m->p->taken && m->p->taken(m->p->ctx, m->t, m->x)) {
+        memset(m->carry, 0, (size_t)m->p->n * sizeof *m->carry);
+        if (ode_eval(&m->field, m->t, m->x, m->work))      /* otherwise the next step says so */
+            sga_copy(m->f, m->work, m->p->n);
+    }
+}
+
+/* At the present pace, would the stop take far more steps than are allowed, again and
+ * again, without the pace picking up? */
+static bool out_of_reach(struct ode_march *m)
+{
+    double progress = fabs(m->t - m->look_t);
+    double needed = fabs(m->stop - m->t) / fmax(progress, 1e-300) * LOOK_EVERY;
+    assert(ode_march_sane(m));
+    bool slow = needed > BEYOND_HOPE * (double)m->o->max_steps &&
+                progress <= 1.2 * m->look_progress;
+    m->hopeless = slow ? m->hopeless + 1 : 0;
+    if (m->hopeless == 1)
+        m->slow_since = m->look_t;
+    m->look_progress = progress;
+    m->look_t = m->t;
+    m->look_at += LOOK_EVERY;
+    return m->hopeless >= ACROSS_LOOKS;
+}
+
+static bool within_budget(struct ode_march *m)
+{
+    struct sga_error err = {0};     /* large: not for every attempt */
+    if (sga_budget_ok(m->o->budget, &err))
+        return true;
+    ode_end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
+    return false;
+}
+
+/* Of time, in this solution; the ones that are compared with it each take half of what is left: how many there will be is not known. */
+static void tell_share(const struct ode_march *m)
+{
+    bool several = m->o->estimate_global_error;
+    double way = fabs(m->stop - m->start->t), before = several ? 1 - ldexp(1, -m->level) : 0, part = several ? 0.5 * (1 - before) : 1;
+    if (way > 0)
+        sga_share_tell(m->o->budget, before + part * fabs(m->t - m->start->t) / way, m->t);
+}
+
+/* False: ended. */
+static bool may_go_on(struct ode_march *m)
+{
+    long attempts = m->res->stats.steps + m->res->stats.refused;
+    if (attempts >= m->budget_at) {
+        if (!within_budget(m))
+            return false;
+        double now = sga_now();
+        m->budget_at = attempts + (now - m->budget_looked < BUDGET_TIME ? BUDGET_EVERY : 1);
+        m->budget_looked = now;
+        tell_share(m);
+    }
+    if (attempts >= m->o->max_steps) {
+        ode_end_steps(m, false);
+        return false;
+    }
+    if (attempts >= m->look_at && out_of_reach(m)) {
+        ode_end_steps(m, true);
+        return false;
+    }
+    return true;
 }
 
 /* How much shorter steps must be where samples lie inside; what a look inside has told is
@@ -174,27 +440,27 @@ static void go(struct ode_march *m)
         return;
     ode_control_begin(&m->control, m->method->error_order);
     m->budget_looked = sga_now();
-    m->look_at = ODE_LOOK_EVERY;
+    m->look_at = LOOK_EVERY;
     m->look_t = m->t;
     m->look_progress = INFINITY;
-    while (ode_may_go_on(m)) {
+    while (may_go_on(m)) {
         double aim, taken = cut(m, h, &aim);
         int through = m->next;
-        enum ode_refusal cause = ode_attempt(m, &taken, aim, &through);
+        enum ode_refusal cause = attempt(m, &taken, aim, &through);
         if (cause == STEP_TAKEN) {
-            ode_commit(m, taken, through);
+            commit(m, taken, through);
             ode_bands_pass(m);
             if (m->stopped) {
                 ode_end_event(m);
                 return;
             }
-            if (m->next == m->start->count || !ode_pass_break(m) || !ode_kinks_pass(m, taken))
+            if (m->next == m->start->count || !pass_break(m) || !ode_kinks_pass(m, taken))
                 return;
             double next = taken * after_step(m, taken);
             /* a step cut short says little against the size that was thought right */
             h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece) || m->kinks || m->bands || m->p->pieces) ? fmax(h, next) : next);
             if (m->late)       /* a step that was cut short to a sample may be of a few roundings of time only */
-                h = fmax(h, 2 * ode_smallest_step(m));
+                h = fmax(h, 2 * smallest_step(m));
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
         } else if (cause == ENDED || ((cause == FIELD_REFUSED || cause == NOT_SOLVED || cause == MANIFOLD_REFUSED) && over(m))) {
             return;
@@ -209,7 +475,7 @@ static void go(struct ode_march *m)
             ode_kinks_held(m);
             h = taken * after_refusal(m, cause);
         }
-        if (h < ode_smallest_step(m)) {
+        if (h < smallest_step(m)) {
             ode_end_refused(m, cause == NOT_SOLVED ? ERROR_TOO_LARGE : cause);
             return;
         }
@@ -240,7 +506,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     go(&m);
     assert(ode_march_sane(&m));
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT)
-        ode_within_budget(&m);     /* what failed may have been stopped (watch.h) */
+        within_budget(&m);     /* what failed may have been stopped (watch.h) */
     if (run->p->enter)
         run->p->enter(run->p->ctx, NAN, NAN);
     ode_kinks_end(&m);

@@ -121,26 +121,11 @@ double ode_choose(struct ode_march *m, double h);
 /* The present method is the Taylor one, which has no series here, and another may take over. */
 bool ode_without_series(struct ode_march *m);
 void ode_choice_end(struct ode_march *m);
-
-/* attempt.c: the step's fields set for a step of signed size h from the present point. */
+/* The step's fields set for a step of signed size h from the present point. */
 void ode_prepare_step(struct ode_march *m, double h);
-/* A step to the point x1, of size *h, which becomes the size taken where the method made it shorter; it ends at `aim` exactly, unless that is NAN.
- * *through: as ode_sample's. Then, after STEP_TAKEN: x1 becomes the present point. */
-enum ode_refusal ode_attempt(struct ode_march *m, double *h, double aim, int *through);
-void ode_commit(struct ode_march *m, double h, int through);
 
-/* breaks.c: where the present step has to end at the latest; the motion goes on from the present time to the next break; after a step that
- * ended at one: the field beyond it, false: ended. */
+/* driver.c: where the present step has to end at the latest. */
 double ode_goal(const struct ode_march *m);
-void ode_enter(struct ode_march *m);
-bool ode_pass_break(struct ode_march *m);
-
-/* patience.c: below this, steps are lost in the rounding of t; the clock, and all that may end the march between attempts: false, it has ended. */
-enum { ODE_LOOK_EVERY = 5000 };      /* attempts between looks at whether the stop is in reach */
-double ode_smallest_step(const struct ode_march *m);
-bool ode_within_budget(struct ode_march *m);
-bool ode_may_go_on(struct ode_march *m);
-
 /* sane.c: invariants between steps (constant cost); of a table's nodes, of the sides, of a result for these times (linear cost). */
 bool ode_march_sane(const struct ode_march *m);
 bool ode_table_sane(const struct ode_table *w);

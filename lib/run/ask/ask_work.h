@@ -2,6 +2,7 @@
 #ifndef SGA_RUN_ASK_WORK_H
 #define SGA_RUN_ASK_WORK_H
 
+#include "arena.h"
 #include "buf.h"
 #include "linear_write.h"
 

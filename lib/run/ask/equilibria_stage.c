@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "ask_work.h"
+#include "budget.h"
 #include "equilibria.h"
-#include "linear_modes.h"
 #include "oracle.h"
 #include "points.h"
 #include "reduction.h"

@@ -2,7 +2,6 @@
 #include "ask.h"
 
 #include "ask_work.h"
-#include "linear_modes.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"

@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "buf.h"
-#include "linear_modes.h"
 #include "request.h"
 #include "run_job.h"
 

@@ -2,10 +2,10 @@
 #ifndef SGA_RUN_LINEAR_WRITE_H
 #define SGA_RUN_LINEAR_WRITE_H
 
+#include "linear_modes.h"
 #include "linearize.h"
 
 struct job;
-struct linear_modes;
 struct sga_json;
 
 /* What names the columns and rows. */

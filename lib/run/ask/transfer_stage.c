@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "ask_work.h"
-#include "linear_modes.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
