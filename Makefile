@@ -307,8 +307,9 @@ $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 # What every store promises, asked of the one that is named: the folders of server/ that it needs, and no others.
 STORE_FLOORS := store postgres records tools
 STORE_OBJ := $(patsubst %.c,$(B)/%.o,$(filter-out $(ABSENT),$(foreach f,$(STORE_FLOORS),$(wildcard server/$(f)/*.c)))) $(STEPS_OBJ)
-$(B)/conformance: tests/conformance.c $(STORE_OBJ) $(B)/libsga.a
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(STORE_FLOORS) base) -o $@ $< $(STORE_OBJ) $(B)/libsga.a $(LIBS) $(SERVER_LIBS)
+CONFORMANCE := $(wildcard tests/conformance/*.c)
+$(B)/conformance: $(CONFORMANCE) tests/conformance/orders.h tests/unit/check.h $(STORE_OBJ) $(B)/libsga.a
+	$(Q)$(CC) $(filter-out -MMD -MP,$(ALL_CFLAGS)) -iquote tests/conformance -iquote tests/unit $(call quote,$(STORE_FLOORS) base) -o $@ $(CONFORMANCE) $(STORE_OBJ) $(B)/libsga.a $(LIBS) $(SERVER_LIBS)
 units: $(UNIT_BIN) $(B)/conformance
 unit: $(UNIT_BIN)
 	@for u in $(UNIT_BIN); do echo "# $$u"; $$u || exit 1; done

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "buf.h"
 #include "tradeoff_view.h"
 
 static bool save(const char *name, struct sga_buf *text)

@@ -9,14 +9,21 @@
 #include "child.h"
 #include "code_runs.h"
 #include "command.h"
+#include "config.h"
+#include "conns.h"
 #include "http.h"
 #include "inherit.h"
+#include "jobs.h"
 #include "log.h"
+#include "memory_cache.h"
+#include "metrics.h"
 #include "notify.h"
 #include "postgres.h"
 #include "run.h"
 #include "sandbox.h"
+#include "service.h"
 #include "successor.h"
+#include "tokens.h"
 #include "worker.h"
 
 #include <gnutls/crypto.h>
@@ -33,6 +40,8 @@ enum { USAGE = 2, STORE_SECONDS = 2, HTTP_SECONDS = 10, TAKE_OVER_SECONDS = 60, 
 
 /* What main starts, in this order. */
 struct parts {
+    struct config config;
+    struct metrics metrics;
     struct service service;
     struct workers *workers;
     struct http *http;
@@ -73,8 +82,8 @@ static void read_tokens(void *tokens)
 
 static bool start_tokens(struct service *sv, char *why, size_t size)
 {
-    return !config_tokens(&sv->config)
-        || ((sv->tokens = tokens_new(sv->config.store ? sv->config.store : sv->config.state, sv->jobs)) && tokens_refresh(sv->tokens, true, why, size)
+    return !config_tokens(sv->config)
+        || ((sv->tokens = tokens_new(sv->config->store ? sv->config->store : sv->config->state, sv->jobs)) && tokens_refresh(sv->tokens, true, why, size)
             && (jobs_chore(sv->jobs, read_tokens, sv->tokens), true));
 }
 
@@ -84,18 +93,18 @@ static bool start(struct parts *p, char *why, size_t size)
     struct jobs_hooks hooks = { suspend, resume };
     snprintf(why, size, "out of memory");
     return (sv->conns = conns_new())
-        && (sv->memory_cache = memory_cache_new((size_t)sv->config.cache_memory))
+        && (sv->memory_cache = memory_cache_new((size_t)sv->config->cache_memory))
         && (p->http = http_open(sv, why, size)) && (inherit_ready(), true)
-        && (sv->store = sv->config.store ? postgres_open(sv->config.store, sga_version(), &sv->metrics, why, size)
-                                         : store_open(sv->config.state, inherited() ? (double)sv->config.grace + TAKE_OVER_SECONDS : 0, &sv->metrics, why, size))
-        && (store_limit(sv->store, &sv->config.cache_disk), true)
-        && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
+        && (sv->store = sv->config->store ? postgres_open(sv->config->store, sga_version(), sv->metrics, why, size)
+                                         : store_open(sv->config->state, inherited() ? (double)sv->config->grace + TAKE_OVER_SECONDS : 0, sv->metrics, why, size))
+        && (store_limit(sv->store, &sv->config->cache_disk), true)
+        && (sv->jobs = jobs_new(sv->config, sv->store, sv->memory_cache, sv->metrics, hooks))
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))
         && jobs_recover(sv->jobs, why, size)
         && start_tokens(sv, why, size)
         && (sv->check_threads = check_threads_new(sv))
         && http_start(p->http, why, size)
-        && (p->workers = workers_start(&sv->config, sv->jobs, &sv->metrics));
+        && (p->workers = workers_start(sv->config, sv->jobs, sv->metrics));
 }
 
 /* For running jobs, until the time is over; with patience for as long as they take, unless one more signal asks for haste. */
@@ -104,14 +113,14 @@ static void let_end(struct parts *p, const sigset_t *signals, bool patient)
     struct service *sv = &p->service;
     struct jobs_counts counts;
     static const struct timespec tenth = { .tv_nsec = 100000000 };
-    double until = sga_now() + (double)sv->config.grace;
+    double until = sga_now() + (double)sv->config->grace;
     for (jobs_count(sv->jobs, &counts); counts.running && (patient || sga_now() < until); jobs_count(sv->jobs, &counts)) {
         int number = patient ? sigtimedwait(signals, NULL, &tenth) : 0;
         if (!patient)
             usleep(10000);
         if (number == SIGTERM || number == SIGINT) {
             patient = false;
-            until = sga_now() + (double)sv->config.grace;
+            until = sga_now() + (double)sv->config->grace;
         }
     }
 }
@@ -184,8 +193,8 @@ static void reload(struct parts *p, const struct sender *by)
     if (config_read(&fresh, p->argc, p->argv, why, sizeof why) != CONFIG_OK) {
         log_event(LOG_L_ERROR, "reload_refused", "reason", why, "#by_pid", by->pid, "#by_uid", by->uid, NULL);
     } else {
-        config_take_live(&sv->config, &fresh, changed, restart, sizeof restart);
-        if (log_level_from_text(sv->config.log_level, &level))
+        config_take_live(sv->config, &fresh, changed, restart, sizeof restart);
+        if (log_level_from_text(sv->config->log_level, &level))
             log_set_level(level);
         log_event(LOG_L_AUDIT, "reloaded", "changed", *changed ? changed : NULL, "needs_restart", *restart ? restart : NULL,
                   "#by_pid", by->pid, "#by_uid", by->uid, NULL);
@@ -216,7 +225,7 @@ static int wait_for_signal(struct parts *p, const sigset_t *set)
     log_event(LOG_L_AUDIT, "draining", "signal", strsignal(number), "#by_pid", by.pid, "#by_uid", by.uid, NULL);
     /* Once the supervisor asked for the end it waits as long as the running jobs may go on. */
     notify("STOPPING=1\nSTATUS=running jobs end\nEXTEND_TIMEOUT_USEC=%ld000000",
-           atomic_load(&p->service.config.grace) + STORE_SECONDS + HTTP_SECONDS);
+           atomic_load(&p->config.grace) + STORE_SECONDS + HTTP_SECONDS);
     return number;
 }
 
@@ -235,8 +244,8 @@ static int serve(struct parts *p, const sigset_t *signals)
         printf("listening on %s\n", http_url(p->http));
         fflush(stdout);
         notify("READY=1\nSTATUS=listening on %.400s", http_url(p->http));
-        log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->service.config.store ? "a shared store" : p->service.config.state, NULL);
-        tell_code(&p->service.config);
+        log_event(LOG_L_INFO, "started", "version", sga_version(), "state", p->config.store ? "a shared store" : p->config.state, NULL);
+        tell_code(&p->config);
         number = wait_for_signal(p, signals);
     } else {
         fprintf(stderr, "sgad: %s\n", why);
@@ -278,7 +287,9 @@ int main(int argc, char **argv)
     static struct parts parts;
     parts.argc = argc;
     parts.argv = argv;
-    struct config *c = &parts.service.config;
+    struct config *c = &parts.config;
+    parts.service.config = c;
+    parts.service.metrics = &parts.metrics;
     char why[512];
     enum log_level level = LOG_L_INFO;
     inherit_read();

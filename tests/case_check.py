@@ -11,6 +11,7 @@ from combination import Combinations
 from consistent_check import ConsistentCheck
 from expression import EXACT, FLOAT, Graph, Undefined, evaluate
 from identities import Answer, Broken
+from limits_told import told_too_early
 from mode_check import ModeCheck, at_start
 from structure_check import StructureCheck
 from symmetry_case import SymmetryCase
@@ -103,6 +104,8 @@ class CaseCheck:
         fault = schemas.faults(self.result_schema, result)
         self.tally.check(not fault, f"{name}: result schema", fault)
         self.plain(name, expect, result)
+        early = told_too_early(result)
+        self.tally.check(not early, f"{name}: limits of larger systems", str(early))
         self.modular(name, request, result)
         ModeCheck(self.tally, name, self.solver, request, result).run(expect.get("trajectory", {}))
         request = at_start(request)

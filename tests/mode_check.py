@@ -74,6 +74,7 @@ class ModeCheck:
         self.check([p["start"] for p in got] == [e[1] for e in expect], "how pieces start", str([[p["t"], p["start"]] for p in got]))
         for p, (t, _, impulse) in zip(got, expect):
             self.check(abs(p["t"] - float(evaluate(t))) <= 1e-7, f"the piece at {t}", str(p["t"]))
+            size = max([abs(float(evaluate(v))) for v in (impulse or {}).values()] or [0]) or 1      # whatever the units
             for n, v in (impulse or {}).items():
                 v = float(evaluate(v))
-                self.check(abs(p["impulse"][n] - v) <= 1e-6 * (1 + abs(v)), f"the impulse on {n} at {t}", f"{p['impulse'][n]}, should be {v}")
+                self.check(abs(p["impulse"][n] - v) <= 1e-6 * size, f"the impulse on {n} at {t}", f"{p['impulse'][n]}, should be {v}")

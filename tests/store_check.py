@@ -1,6 +1,6 @@
 """What server/store/store.h promises, asked of each store: store_check.py BUILD_DIR
 
-build/conformance (tests/conformance.c) has the checks; here it gets a store that is empty."""
+build/conformance (tests/conformance/) has the checks; here it gets a store that is empty."""
 import os
 import re
 import subprocess

@@ -4,6 +4,8 @@
 #include <assert.h>
 #include <stdbool.h>
 
+#include "mem.h"
+
 struct sga_chunk {
     struct sga_chunk *below;
     size_t size;               /* of what follows; a malloc is aligned to 16, and so is this */

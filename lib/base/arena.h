@@ -23,8 +23,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mem.h"
-
 #define SGA_ENDS(clear) __attribute__((cleanup(clear)))
 /* end(x): what SGA_ENDS calls for a type that is cleared by clear(*x). */
 #define SGA_END_BY(end, type, clear) static inline void end(type *x) { clear(*x); }

@@ -4,6 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "buf.h"
+#include "error.h"
+
 /* Length of the UTF-8 character at s, or 0. Overlong forms and surrogates are not told
  * apart: the texts are ours, only cut ends and foreign header bytes are to be mended. */
 static size_t character(const unsigned char *s)

@@ -2,8 +2,8 @@
 #ifndef SGA_BASE_PROBLEM_H
 #define SGA_BASE_PROBLEM_H
 
-#include "buf.h"
-#include "error.h"
+struct sga_error;
+struct sga_json;
 
 /* Writes the object {type, title, status, code, detail, pointer, line, column, stage};
  * members that say nothing are left out. Text that is not UTF-8 is mended. */

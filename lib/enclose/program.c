@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "enc_tables.h"
 #include "mem.h"
 #include "op.h"
 

@@ -11,7 +11,6 @@
 #include <arb.h>
 #include <stdbool.h>
 
-#include "enc_tables.h"
 #include "expr.h"
 
 enum enc_op {

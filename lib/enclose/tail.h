@@ -30,7 +30,6 @@
 #define SGA_ENCLOSE_TAIL_H
 
 #include "inverse.h"
-#include "series.h"
 
 struct enc_tail {
     const struct enc_series *s;

@@ -1,4 +1,5 @@
 /* The value of one step of a program, in real balls. */
+#include "enc_tables.h"
 #include "program.h"
 
 /* x^(1/3), negative for negative x. */

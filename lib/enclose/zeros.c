@@ -8,6 +8,7 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "enclose.h"
 #include "mem.h"
 #include "watch.h"
 

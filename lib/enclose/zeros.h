@@ -8,7 +8,6 @@
 #ifndef SGA_ENCLOSE_ZEROS_H
 #define SGA_ENCLOSE_ZEROS_H
 
-#include "enclose.h"
 #include "lohner.h"
 
 struct enc_zeros {

@@ -13,7 +13,6 @@
 #include <flint/nmod_vec.h>
 
 #include "arena.h"
-#include "budget.h"
 #include "exact_row.h"
 
 struct sga_budget;

@@ -1,4 +1,5 @@
 /* C99: macros for sizes and parameters, functions without memory of their own, so that it can go into a controller. */
+#include "buf.h"
 #include "c_parts.h"
 #include "skeleton.h"
 

@@ -1,4 +1,5 @@
 /* CasADi from Python: the formulas as functions of anything that calculates, and casadi.Function made of them. */
+#include "buf.h"
 #include "skeleton.h"
 
 static bool head(struct export_model *m, struct sga_buf *out, struct sga_error *err)

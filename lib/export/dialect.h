@@ -2,6 +2,8 @@
 #ifndef SGA_EXPORT_DIALECT_H
 #define SGA_EXPORT_DIALECT_H
 
+#include <stddef.h>
+
 #include "export.h"
 
 /* Patterns of printf. In print (LaTeX, MathML) names stand for places, and `list` is NULL. */

@@ -1,6 +1,7 @@
 /* The languages, and one export from texts to text. */
 #include "export.h"
 
+#include "buf.h"
 #include "skeleton.h"
 
 #include <assert.h>

@@ -4,8 +4,9 @@
 #ifndef SGA_EXPORT_EXPORT_H
 #define SGA_EXPORT_EXPORT_H
 
-#include "buf.h"
 #include "error.h"
+
+struct sga_buf;
 
 /* In the order of the columns of the table of operators (operators.c). */
 enum export_language {

@@ -6,6 +6,7 @@
 #ifndef SGA_EXPORT_FMU_H
 #define SGA_EXPORT_FMU_H
 
+#include "buf.h"
 #include "export.h"
 
 struct fmu_simulation {

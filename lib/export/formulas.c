@@ -1,4 +1,5 @@
 /* The formulas of each function, in the order of the places that they fill. */
+#include "buf.h"
 #include "dialect.h"
 #include "lines.h"
 #include "skeleton.h"

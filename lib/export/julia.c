@@ -1,4 +1,5 @@
 /* A module of Julia; element types follow the arguments, so that derivatives can be taken through it. */
+#include "buf.h"
 #include "skeleton.h"
 
 static bool head(struct export_model *m, struct sga_buf *out, struct sga_error *err)

@@ -2,6 +2,7 @@
  * grown long, becomes a name; so no text is longer than a pattern and two long ones, and the whole stays linear. */
 #include "lines.h"
 
+#include "buf.h"
 #include "dialect.h"
 #include "number.h"
 #include "operators.h"

@@ -4,6 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "arena.h"
+#include "buf.h"
+
 /* Names in TeX with their letters; those that look like a Latin one stay words. */
 static const struct {
     const char *name;

@@ -2,8 +2,9 @@
 #ifndef SGA_EXPORT_MATH_NAME_H
 #define SGA_EXPORT_MATH_NAME_H
 
-#include "arena.h"
 #include "export.h"
+
+struct sga_arena;
 
 /* The name in LaTeX or MathML, another one than those taken (NULL among them is none): where two names would look the same, the later one
  * stands as it is written. In mem. */

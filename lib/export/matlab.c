@@ -1,4 +1,5 @@
 /* One file for MATLAB and Octave: its function gives handles of the others, so that it can be saved under any name. */
+#include "buf.h"
 #include "skeleton.h"
 
 static void put_names(const char *member, struct sga_buf *out, const struct export_source *s, bool arguments)

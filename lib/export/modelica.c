@@ -1,4 +1,5 @@
 /* A package of Modelica: functions of the formulas, the projection, and a model of the reduced motion. */
+#include "buf.h"
 #include "skeleton.h"
 
 static bool head(struct export_model *m, struct sga_buf *out, struct sga_error *err)

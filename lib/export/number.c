@@ -1,5 +1,6 @@
 #include "number.h"
 
+#include "buf.h"
 #include "operators.h"
 
 #include <assert.h>

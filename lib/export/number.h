@@ -4,7 +4,6 @@
 
 #include <flint/fmpq.h>
 
-#include "buf.h"
 #include "export.h"
 
 /* Appends it; the value that a compiler makes of it is the double nearest to q. *binds: how strongly the text binds (operators.h). False,

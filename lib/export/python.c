@@ -1,4 +1,5 @@
 /* Python 3, the module math alone: lists of floats. */
+#include "buf.h"
 #include "skeleton.h"
 
 static void put_names(const struct export_source *s, struct sga_buf *out)

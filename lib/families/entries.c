@@ -1,6 +1,7 @@
 /* A list taken apart into entries, and an entry into numbers and what is between them. */
 #include <string.h>
 
+#include "arena.h"
 #include "family.h"
 
 const char *family_value_end(const char *s, const char *end)

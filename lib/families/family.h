@@ -4,8 +4,9 @@
 
 #include <stdint.h>
 
-#include "arena.h"
 #include "families.h"
+
+struct sga_arena;
 
 /* Whole numbers that may vary: between [ and ]; elsewhere in a text; the member tangency_of. */
 enum slot_kind { SLOT_INDEX, SLOT_LITERAL, SLOT_MEMBER };

@@ -3,8 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "buf.h"
 #include "family.h"
+#include "mem.h"
 
 bool families_letters(bool taken[26], struct families_letters *out)
 {

@@ -8,6 +8,7 @@
 
 #include "arb_ends.h"
 #include "flint_ends.h"
+#include "mem.h"
 #include "points.h"
 #include "reduction.h"
 #include "seeds.h"

@@ -4,7 +4,8 @@
 
 #include "facts.h"
 #include "mech.h"
-#include "points.h"
+
+struct num_ball;
 
 struct mech_search {
     struct mech_regularity *r;

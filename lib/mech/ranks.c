@@ -1,4 +1,5 @@
 /* Ranks at a point. */
+#include "ball.h"
 #include "drops.h"
 
 #include <assert.h>

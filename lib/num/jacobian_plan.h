@@ -7,7 +7,6 @@
 #define SGA_NUM_JACOBIAN_PLAN_H
 
 #include "arena.h"
-#include "jacobian.h"
 #include "tape_code.h"
 
 struct num_jacobian;

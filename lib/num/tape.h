@@ -13,7 +13,6 @@
 
 #include <stdbool.h>
 
-#include "error.h"
 #include "expr.h"
 
 struct num_tape;

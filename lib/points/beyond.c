@@ -9,6 +9,7 @@
 #include "facts.h"
 #include "mem.h"
 #include "pieces.h"
+#include "points_space.h"
 #include "sides.h"
 
 void points_beyond_forget(struct points_beyond *b)

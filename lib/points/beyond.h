@@ -10,6 +10,8 @@
 
 #include "points.h"
 
+struct points_side;
+
 /* A point of the set where some switches are on other sides than at the first point. */
 struct points_piece {
     struct points_point p;

@@ -7,6 +7,7 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "mem.h"
+#include "points_space.h"
 
 /* log2: nearer to a change of branch a point is on neither. */
 enum { NEAR_KINK = -30 };

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "arb_ends.h"
+#include "points_space.h"
 
 void points_jacobian_init(struct points_jacobian *j, const struct points_space *s)
 {

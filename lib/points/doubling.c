@@ -9,6 +9,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "mem.h"
+#include "points_space.h"
 
 enum { FROM_BITS = 120 };
 

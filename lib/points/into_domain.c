@@ -10,6 +10,7 @@
 #include "budget.h"
 #include "mem.h"
 #include "points_random.h"
+#include "points_space.h"
 
 enum { PASSES = 16, TRIES = 40, WORK = 60, LEAST_WORK = 5000 };
 

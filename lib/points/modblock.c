@@ -11,6 +11,7 @@
 #include "mem.h"
 #include "modp.h"
 #include "points_random.h"
+#include "points_space.h"
 
 enum { DEGREE_MOST = 10 };
 

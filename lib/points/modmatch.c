@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "mem.h"
+#include "points_space.h"
 #include "shape.h"
 
 enum { UNKNOWN = -2, GUESSED = -1 };

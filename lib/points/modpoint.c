@@ -15,6 +15,7 @@
 #include "modblock.h"
 #include "modmatch.h"
 #include "points_random.h"
+#include "points_space.h"
 
 enum { TRIES = 16, BLOCK_TRIES = 24, LARGE = 400 };
 

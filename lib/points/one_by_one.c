@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "arb_ends.h"
+#include "differentials.h"
 #include "mem.h"
+#include "points_space.h"
 
 enum { STEPS = 40 };
 /* Of a constraint over its slope, in units of the largest variable: met. Steps of this many times the largest variable are shortened. */

@@ -3,7 +3,8 @@
 #ifndef SGA_POINTS_ONE_BY_ONE_H
 #define SGA_POINTS_ONE_BY_ONE_H
 
-#include "differentials.h"
+struct points_jacobian;
+struct points_point;
 
 /* Moves p: each constraint in turn is met by the variables that none before it contains, by steps of least norm; that with the fewest of
  * them is next. Constraints without new variables, and those that the steps do not lead to, are left to a search of all together.

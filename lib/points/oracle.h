@@ -19,7 +19,6 @@
 #include <flint/flint.h>
 
 #include "points_space.h"
-#include "points_truth.h"
 
 struct points_beyond;
 struct points_modpoint;

@@ -4,6 +4,8 @@
 #include <assert.h>
 #include <math.h>
 
+#include "points_space.h"
+
 enum { LARGE = 40 };           /* constraints */
 /* As in find.c: residuals that count as 0, and steps of this many times the largest variable. */
 static const double MET = 1e-12, FAR = 4;

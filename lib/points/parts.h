@@ -4,9 +4,7 @@
 #ifndef SGA_POINTS_PARTS_H
 #define SGA_POINTS_PARTS_H
 
-#include "arena.h"
 #include "differentials.h"
-#include "points.h"
 
 struct points_parts {
     struct sga_arena mem;

@@ -12,6 +12,7 @@
 #include "facts.h"
 #include "flint_ends.h"
 #include "mem.h"
+#include "points_space.h"
 #include "seeds.h"
 #include "warnings.h"
 

@@ -10,7 +10,8 @@
 #define SGA_POINTS_POINTS_H
 
 #include "ball.h"
-#include "points_space.h"
+
+struct points_space;
 
 struct points_point {
     struct num_ball ball;      /* symbols are set; values of nodes extend on demand */

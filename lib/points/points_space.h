@@ -1,4 +1,4 @@
-/* Which set is sampled for points, where from, and what came of it. */
+/* Which set is sampled for points, where from, what came of it, and what is known of a function being zero there. */
 #ifndef SGA_POINTS_POINTS_SPACE_H
 #define SGA_POINTS_POINTS_SPACE_H
 
@@ -47,6 +47,8 @@ struct points_space {
                                                * constraints have another branch than at the start */
     const struct sga_budget *budget;
 };
+
+enum points_truth { POINTS_NONZERO, POINTS_ZERO, POINTS_UNKNOWN };
 
 enum points_status {
     POINTS_OK,

@@ -1,4 +1,6 @@
 /* Proofs that a point of the set lies near an approximate one. */
+#include "differentials.h"
+#include "points_space.h"
 #include "square.h"
 
 #include <assert.h>

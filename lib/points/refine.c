@@ -11,6 +11,7 @@
 #include "budget.h"
 #include "doubling.h"
 #include "mem.h"
+#include "points_space.h"
 #include "square.h"
 #include "triangular.h"
 

@@ -8,9 +8,11 @@
 #define SGA_POINTS_SIDES_H
 
 #include "points.h"
+#include "points_space.h"
 #include "warnings.h"
 
 struct points_beyond;
+struct points_side;
 
 /* Whether the operator is one analytic function on each side of a surface. */
 bool points_switches(enum expr_op op);

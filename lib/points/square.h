@@ -3,7 +3,6 @@
 #define SGA_POINTS_SQUARE_H
 
 #include "arb_ends.h"
-#include "differentials.h"
 #include "sparse.h"
 
 struct points_point;

@@ -14,6 +14,7 @@
 #include "mem.h"
 #include "modp.h"
 #include "points_random.h"
+#include "points_space.h"
 #include "shape.h"
 
 enum kind { GUESS, SOLVE, CHECK };

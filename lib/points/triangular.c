@@ -7,6 +7,7 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "mem.h"
+#include "points_space.h"
 #include "shape.h"
 
 enum { MOST_BITS = 1 << 18 };

@@ -1,6 +1,8 @@
 /* The polynomial lies in the arena beside its context. */
 #include "mpoly_take.h"
 
+#include "arena.h"
+
 struct taken {
     fmpz_mpoly_t f;
     const fmpz_mpoly_ctx_struct *ctx;

@@ -4,7 +4,7 @@
 
 #include <flint/fmpz_mpoly.h>
 
-#include "arena.h"
+struct sga_arena;
 
 /* A new one, 0. */
 fmpz_mpoly_struct *mpoly_take(struct sga_arena *mem, const fmpz_mpoly_ctx_t ctx);

@@ -10,8 +10,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "buf.h"
-#include "error.h"
+struct sga_buf;
+struct sga_error;
 
 enum {
     INDEX_MOST = 999999999,       /* an index, a bound, a size */

@@ -2,6 +2,7 @@
 #include <assert.h>
 #include <string.h>
 
+#include "buf.h"
 #include "index_read.h"
 #include "lowered.h"
 #include "parse.h"

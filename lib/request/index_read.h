@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 
+#include "error.h"
 #include "index.h"
 #include "lex.h"
 

@@ -6,6 +6,7 @@
 
 #include "arena.h"
 #include "lex.h"
+#include "mem.h"
 #include "names_family.h"
 #include "reader.h"
 #include "suggest.h"

@@ -1,6 +1,7 @@
 /* The form `control`: F, a row of G for each input, and the constraints to hold. */
 #include <stdlib.h>
 
+#include "form.h"
 #include "reader.h"
 
 /* F has one entry for each variable. */

@@ -2,6 +2,7 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#include "form.h"
 #include "reader.h"
 
 /* A constant has no symbols but parameters. */

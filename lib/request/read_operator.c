@@ -10,6 +10,7 @@
 
 #include "arena.h"
 #include "equations.h"
+#include "form.h"
 #include "reader.h"
 
 static bool only_time(const struct expr_store *st, expr_id e)

@@ -5,7 +5,6 @@
 #include <jansson.h>
 
 #include "buf.h"
-#include "form.h"
 #include "parse.h"
 #include "request.h"
 

@@ -8,9 +8,7 @@
 
 #include "budget.h"
 #include "share.h"
-#include "follow.h"
 #include "lin.h"
-#include "reduction.h"
 #include "request.h"
 #include "slice.h"
 #include "stage_clock.h"

@@ -11,6 +11,7 @@
 #include <flint/fmpq_mat.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "reduction.h"

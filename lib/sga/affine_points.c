@@ -6,6 +6,7 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "ball.h"
+#include "budget.h"
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"

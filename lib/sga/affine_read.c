@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "derive.h"
 #include "facts.h"
 #include "flint_ends.h"

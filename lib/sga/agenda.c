@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "echelon.h"
 #include "facts.h"
 #include "oracle.h"
 #include "system.h"

@@ -4,7 +4,6 @@
 
 #include "arena.h"
 #include "at_start.h"
-#include "echelon.h"
 
 /* Rows by length, and which rows meet a column; both lists may hold stale members. */
 struct agenda {

@@ -11,7 +11,6 @@
 #define SGA_SGA_DEFINITION_H
 
 #include "arena.h"
-#include "expr.h"
 #include "reduction.h"
 struct points_oracle;
 struct reduction_options;

@@ -11,7 +11,6 @@
 #include "ball.h"
 #include "block.h"
 #include "budget.h"
-#include "facts.h"
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"

@@ -1,4 +1,5 @@
 /* How far a guess is from a branch, in the values that were given. */
+#include "regular.h"
 #include "regular_options.h"
 
 #include <math.h>

@@ -4,7 +4,6 @@
 #define SGA_SGA_PRODUCT_ROUTES_H
 
 #include "components.h"
-#include "reduction.h"
 #include "state.h"
 
 /* What is known of the routes tried. */

@@ -9,6 +9,7 @@
 #include "arena.h"
 #include "ball.h"
 #include "mem.h"
+#include "regular.h"
 #include "state.h"
 #include "system.h"
 

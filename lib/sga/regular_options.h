@@ -2,9 +2,10 @@
 #ifndef SGA_SGA_REGULAR_OPTIONS_H
 #define SGA_SGA_REGULAR_OPTIONS_H
 
-#include "ball.h"
-#include "regular.h"
 #include "state.h"
+
+struct num_ball;
+struct regular_option;
 
 /* regular_form of e by itself, whatever the present set is; the options in no order. */
 struct regular regular_alone(struct state *s, expr_id e);

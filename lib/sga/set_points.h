@@ -3,6 +3,7 @@
 #define SGA_SGA_SET_POINTS_H
 
 #include "points.h"
+#include "points_space.h"
 
 struct sga_solution;
 struct sys_system;

@@ -1,6 +1,7 @@
 /* The main loop of the stabilization general algorithm. */
 #include "affine.h"
 #include "block.h"
+#include "budget.h"
 #include "conditions.h"
 
 #include <assert.h>

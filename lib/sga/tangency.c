@@ -1,4 +1,5 @@
 /* Tangency rows, and which velocities are determined. */
+#include "mem.h"
 #include "state.h"
 
 #include <assert.h>

@@ -9,8 +9,6 @@
 #define SGA_STRUCTURE_STRUCTURE_H
 
 #include "arena.h"
-#include "expr.h"
-#include "graph.h"
 #include "reduction.h"
 struct points_oracle;
 struct sga_budget;

@@ -5,7 +5,6 @@
 #include <flint/fmpq.h>
 
 #include "arena.h"
-#include "facts.h"
 #include "sym.h"
 
 struct num_modp;

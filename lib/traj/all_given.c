@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "mem.h"
-#include "points.h"
 #include "points_random.h"
 #include "reduction.h"
 #include "redundant.h"

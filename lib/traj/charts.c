@@ -6,16 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "budget.h"
-#include "flow_series.h"
-#include "jacobian.h"
 #include "lin_sparse.h"
 #include "mem.h"
-#include "ode.h"
 #include "oracle.h"
 #include "print.h"
 #include "reduction.h"
-#include "redundant.h"
 #include "seeds.h"
 #include "sizes.h"
 #include "system.h"

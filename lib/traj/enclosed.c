@@ -17,7 +17,7 @@
 #include "knots.h"
 #include "mem.h"
 #include "ode.h"
-#include "points.h"
+#include "points_space.h"
 #include "print.h"
 #include "reduction.h"
 #include "rows_kept.h"

@@ -11,7 +11,7 @@
 #include "flow.h"
 #include "gauge_choice.h"
 #include "mem.h"
-#include "points.h"
+#include "points_space.h"
 #include "reduction.h"
 #include "system.h"
 #include "trajectory.h"

@@ -9,7 +9,7 @@
 #include "buf.h"
 #include "impulse.h"
 #include "leap.h"
-#include "points.h"
+#include "points_space.h"
 #include "print.h"
 #include "reduction.h"
 #include "redundant.h"

@@ -2,9 +2,9 @@
 #ifndef SGA_TRAJ_ENDINGS_H
 #define SGA_TRAJ_ENDINGS_H
 
-#include "flow.h"
 #include "ode.h"
 
+struct flow;
 struct traj_request;
 struct traj_result;
 

@@ -12,7 +12,7 @@
 #include "lin_sparse.h"
 #include "mem.h"
 #include "ode.h"
-#include "points.h"
+#include "points_space.h"
 #include "reduction.h"
 #include "stages.h"
 #include "system.h"

@@ -9,6 +9,7 @@
 
 #include "mem.h"
 #include "points.h"
+#include "points_space.h"
 #include "print.h"
 #include "system.h"
 #include "tape.h"

@@ -11,7 +11,7 @@
 #include "facts.h"
 #include "manifold.h"
 #include "mem.h"
-#include "points.h"
+#include "points_space.h"
 #include "poly.h"
 #include "system.h"
 #include "tape.h"

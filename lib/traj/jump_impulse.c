@@ -141,28 +141,39 @@ static bool look(struct impulse *p, const struct traj_mass *m, double t, const d
     return true;
 }
 
-/* One Newton step from v: M (v + dv - v0) - J^T mu = 0 where velocities are free, J dv = -conditions. */
+/* The largest of so many, by its size; 1 where all are 0. */
+static double largest(const double *v, size_t n)
+{
+    double most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = fmax(most, fabs(v[i]));
+    return most > 0 ? most : 1;
+}
+
+/* One Newton step from v: M (v + dv - v0) - J^T mu = 0 where velocities are free, J dv = -conditions; each condition in units of its gradient,
+ * and masses in units of the largest, so that ranks are those of directions. */
 static bool step(const struct impulse *p, const struct traj_mass *m, const double *v, const double *v0, const unsigned char *set, double speed, double *dv)
 {
     size_t n = (size_t)p->coordinates, c = (size_t)p->conditions, size = n + c;
     SGA_FREED double *K = sga_calloc(size * size + 2 * size + 1, sizeof *K);
-    double *b = K + size * size, *z = b + size;
+    double *b = K + size * size, *z = b + size, mass = largest(p->M, n * n);
     for (size_t i = 0; i < n; i++) {
         if (set[i]) {
             K[i * size + i] = 1;
             continue;
         }
         for (size_t k = 0; k < n; k++) {
-            K[i * size + k] = p->M[i * n + k];
-            b[i] -= p->M[i * n + k] * (v[k] - v0[k]);
+            K[i * size + k] = p->M[i * n + k] / mass;
+            b[i] -= p->M[i * n + k] / mass * (v[k] - v0[k]);
         }
-        for (size_t k = 0; k < c; k++)
-            K[i * size + n + k] = -p->J[k * n + i];
     }
     for (size_t i = 0; i < c; i++) {
-        for (size_t k = 0; k < n; k++)
-            K[(n + i) * size + k] = p->J[i * n + k];
-        b[n + i] = -p->out[m->entries + (int)i];
+        double unit = largest(p->J + i * n, n);
+        for (size_t k = 0; k < n; k++) {
+            K[(n + i) * size + k] = p->J[i * n + k] / unit;
+            K[k * size + n + i] = set[k] ? 0 : -p->J[i * n + k] / unit;
+        }
+        b[n + i] = -p->out[m->entries + (int)i] / unit;
     }
     if (!dependent_solve(K, b, z, (int)size, speed))
         return false;

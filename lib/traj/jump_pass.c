@@ -8,6 +8,7 @@
 #include "crossing.h"
 #include "jump_slope.h"
 #include "jump_turn.h"
+#include "mem.h"
 #include "ode.h"
 #include "rows_kept.h"
 #include "slide.h"

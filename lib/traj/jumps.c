@@ -9,6 +9,7 @@
 #include "budget.h"
 #include "jump_pass.h"
 #include "larger.h"
+#include "mem.h"
 #include "ode.h"
 #include "rows_kept.h"
 #include "tolerance.h"

@@ -5,7 +5,6 @@
 #ifndef SGA_TRAJ_PRECISE_MARCH_H
 #define SGA_TRAJ_PRECISE_MARCH_H
 
-#include "ode.h"
 #include "precise.h"
 
 enum precise_outcome { PRECISE_TAKEN, PRECISE_TOO_LARGE, PRECISE_REFUSED };

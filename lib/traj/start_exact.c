@@ -9,7 +9,6 @@
 #include "arb_ends.h"
 #include "ball.h"
 #include "manifold.h"
-#include "mem.h"
 #include "reduction.h"
 #include "start_search.h"
 #include "system.h"

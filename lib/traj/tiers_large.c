@@ -5,7 +5,6 @@
 
 #include "kinds.h"
 #include "mem.h"
-#include "points.h"
 #include "points_random.h"
 #include "sizes.h"
 #include "sparse_step.h"

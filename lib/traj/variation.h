@@ -12,9 +12,6 @@
 #define SGA_TRAJ_VARIATION_H
 
 #include "defined.h"
-#include "reduction.h"
-#include "system.h"
-#include "trajectory.h"
 
 struct variation_by {
     int parameter;             /* symbol of the store, or -1: */

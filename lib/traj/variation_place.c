@@ -11,7 +11,6 @@
 #include "jacobian.h"
 #include "kinds.h"
 #include "leastnorm.h"
-#include "mem.h"
 #include "print.h"
 #include "tape.h"
 

@@ -13,7 +13,7 @@
 #include "lin_lu.h"
 #include "lin_sparse.h"
 #include "mem.h"
-#include "reduction.h"
+#include "ode.h"
 #include "system.h"
 #include "tape.h"
 

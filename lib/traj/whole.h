@@ -9,8 +9,6 @@
 
 #include <stdbool.h>
 
-#include "ode.h"
-
 struct field;
 struct whole;
 

@@ -3,6 +3,7 @@
 #include "child.h"
 #include "budget.h"
 #include "child_inbox.h"
+#include "config.h"
 
 #include <errno.h>
 #include <fcntl.h>

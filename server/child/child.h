@@ -8,7 +8,7 @@
 #include <stddef.h>
 #include <sys/types.h>
 
-#include "config.h"
+struct config;
 
 #define CHILD_FLAG "--run-child"      /* hidden first argument of the program */
 

@@ -1,6 +1,7 @@
 /* Reading messages piece by piece. */
 #include "child_inbox.h"
 #include "budget.h"
+#include "error.h"
 
 #include <errno.h>
 #include <poll.h>

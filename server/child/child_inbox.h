@@ -3,7 +3,8 @@
 #define SERVER_CHILD_INBOX_H
 
 #include "child_wire.h"
-#include "error.h"
+
+struct sga_error;
 
 struct child_inbox {
     struct wire_header head;

@@ -4,8 +4,12 @@
 #include "budget.h"
 #include "child.h"
 #include "child_inbox.h"
+#include "conns.h"
 #include "exchange.h"
+#include "jobs.h"
 #include "log.h"
+#include "metrics.h"
+#include "service.h"
 
 #include <assert.h>
 #include <pthread.h>
@@ -78,12 +82,12 @@ static bool have_child(struct checker *c, const struct account *account)
     bool another = c->serves && c->serves != account;
     if (another || !child_lives(&c->child)) {
         c->serves = NULL;
-        if (!child_renew(&c->child, CHILD_CHECK, &c->all->service->config, (struct child_patience){ closing, c->all }, why, sizeof why)) {
+        if (!child_renew(&c->child, CHILD_CHECK, c->all->service->config, (struct child_patience){ closing, c->all }, why, sizeof why)) {
             log_event(LOG_L_ERROR, "child_not_started", "reason", why, NULL);
-            metrics_add(&c->all->service->metrics, METRIC_CHILD_FAILURES);
+            metrics_add(c->all->service->metrics, METRIC_CHILD_FAILURES);
             return false;
         }
-        metrics_add(&c->all->service->metrics, METRIC_CHILD_STARTS);
+        metrics_add(c->all->service->metrics, METRIC_CHILD_STARTS);
     }
     c->serves = account;
     return true;

@@ -1,7 +1,11 @@
 /* What handlers ask of an exchange. */
 #include "exchange.h"
 #include "budget.h"
+#include "config.h"
+#include "conns.h"
+#include "jobs.h"
 #include "prefer.h"
+#include "service.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -27,7 +31,7 @@ bool exchange_grow(struct exchange *e, size_t capacity)
     struct service *sv = e->service;
     assert(capacity >= e->capacity && e->capacity >= e->length);
     long more = (long)(capacity - e->capacity);
-    if (atomic_fetch_add(&sv->body_bytes, more) + more <= atomic_load(&sv->config.body_memory))
+    if (atomic_fetch_add(&sv->body_bytes, more) + more <= atomic_load(&sv->config->body_memory))
         return true;
     atomic_fetch_sub(&sv->body_bytes, more);
     exchange_free_body(e);
@@ -49,8 +53,8 @@ void exchange_prefer(struct exchange *e, long otherwise)
     long asked = prefer_wait(exchange_header(e, "Prefer"));
     e->preferred = asked >= 0;
     e->wait_seconds = e->preferred ? asked : otherwise;
-    if (e->wait_seconds > e->service->config.max_wait)
-        e->wait_seconds = e->service->config.max_wait;
+    if (e->wait_seconds > e->service->config->max_wait)
+        e->wait_seconds = e->service->config->max_wait;
     e->wait_until = sga_now() + (double)e->wait_seconds;
 }
 

@@ -6,8 +6,16 @@
 #include <microhttpd.h>
 #include <stdbool.h>
 
+#include "buf.h"
+#include "digest.h"
+#include "error.h"
 #include "peer.h"
-#include "service.h"
+#include "waiter.h"
+
+struct account;
+struct conn;
+struct route;
+struct service;
 
 enum { EXCHANGE_HEADERS = 12 };
 

@@ -2,6 +2,14 @@
  * stored never misses one. */
 #include "lookup.h"
 #include "clock.h"
+#include "config.h"
+#include "error.h"
+#include "finished.h"
+#include "job.h"
+#include "jobs.h"
+#include "memory_cache.h"
+#include "service.h"
+#include "store.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -19,7 +27,7 @@ static enum lookup from_store(struct service *sv, const char *id, struct job **j
     enum lookup outcome = LOOKUP_STORED;
     /* Asked before the text is read: each HTTP thread may go past the limit by one result. What
      * is kept among the recent replies is counted too, and has its own share. */
-    bool full = atomic_load(&sv->reply_bytes) >= atomic_load(&sv->config.reply_memory) + atomic_load(&sv->config.cache_memory);
+    bool full = atomic_load(&sv->reply_bytes) >= atomic_load(&sv->config->reply_memory) + atomic_load(&sv->config->cache_memory);
     if (row.status == JOB_DONE && full)
         outcome = LOOKUP_BUSY;
     else if (!job_ended(row.status) && store_shared(sv->store))

@@ -2,8 +2,11 @@
 #ifndef SERVER_LOOKUP_H
 #define SERVER_LOOKUP_H
 
-#include "error.h"
-#include "service.h"
+struct account;
+struct finished;
+struct job;
+struct service;
+struct sga_error;
 
 enum lookup {
     LOOKUP_LIVE,        /* *job has a reference: it has not ended */

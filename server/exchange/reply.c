@@ -1,10 +1,20 @@
 /* Replies. */
 #include "reply.h"
 #include "budget.h"
+#include "config.h"
+#include "conns.h"
+#include "exchange.h"
+#include "finished.h"
 #include "front.h"
+#include "jobs.h"
+#include "lookup.h"
+#include "metrics.h"
 #include "packed.h"
 #include "prefer.h"
 #include "problem.h"
+#include "service.h"
+#include "store.h"
+#include "tokens.h"
 
 #include <assert.h>
 #include <stdarg.h>
@@ -57,10 +67,10 @@ enum MHD_Result reply_response(struct exchange *e, int status, const char *type,
     if (atomic_load(&e->service->leaving) && !has_header(e, "Connection"))
         MHD_add_response_header(response, "Connection", "close");
     if (e->begun && !e->status)
-        metrics_http(&e->service->metrics, e->route_number, e->method, status);
+        metrics_http(e->service->metrics, e->route_number, e->method, status);
     e->status = status;
     front_answered(conn_front(e->conn));
-    conn_deadline(e->conn, sga_now() + (double)e->service->config.send_timeout);
+    conn_deadline(e->conn, sga_now() + (double)e->service->config->send_timeout);
     enum MHD_Result rc = MHD_queue_response(e->connection, (unsigned)status, response);
     MHD_destroy_response(response);
     return rc;
@@ -177,7 +187,7 @@ enum MHD_Result reply_problem(struct exchange *e, const struct sga_error *err)
 {
     struct sga_buf b = { 0 };
     struct sga_json w;
-    metrics_refused(&e->service->metrics, err->code);
+    metrics_refused(e->service->metrics, err->code);
     e->problem = err->code;
     e->packs = false;
     sga_json_begin(&w, &b);
@@ -206,7 +216,7 @@ enum MHD_Result reply_lookup(struct exchange *e, enum lookup outcome)
 bool exchange_sees(struct exchange *e)
 {
     struct service *sv = e->service;
-    return !config_isolated(&sv->config) || e->scopes & SCOPE_ADMIN || jobs_asked(sv->jobs, e->segment, e->account)
+    return !config_isolated(sv->config) || e->scopes & SCOPE_ADMIN || jobs_asked(sv->jobs, e->segment, e->account)
         || store_owned(sv->store, e->segment, e->account->name) == STORE_FOUND;
 }
 

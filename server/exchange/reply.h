@@ -3,10 +3,10 @@
 #ifndef SERVER_REPLY_H
 #define SERVER_REPLY_H
 
-#include "buf.h"
-#include "error.h"
 #include "exchange.h"
-#include "lookup.h"
+
+struct finished;
+struct job_look;
 
 #define TYPE_JSON "application/json"
 

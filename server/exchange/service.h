@@ -4,20 +4,20 @@
 
 #include <stdatomic.h>
 
-#include "config.h"
-#include "conns.h"
-#include "jobs.h"
-#include "listen.h"
-#include "memory_cache.h"
-#include "metrics.h"
-#include "store.h"
-#include "tokens.h"
-
+struct account;
 struct check_threads;
+struct config;
+struct conns;
+struct jobs;
+struct listeners;
+struct memory_cache;
+struct metrics;
+struct store;
+struct tokens;
 
 struct service {
-    struct config config;
-    struct metrics metrics;
+    struct config *config;
+    struct metrics *metrics;
     struct store *store;
     struct memory_cache *memory_cache;
     struct jobs *jobs;

@@ -5,7 +5,9 @@
 #include <assert.h>
 #include <string.h>
 
+#include "buf.h"
 #include "families.h"
+#include "json_scan.h"
 
 int code_source_count(struct slice array)
 {

@@ -4,6 +4,7 @@
 
 #include "arena.h"
 #include "code_view.h"
+#include "json_scan.h"
 
 struct code_source {
     struct sga_arena mem;

@@ -5,6 +5,7 @@
 
 #include "code_source.h"
 #include "fmu_view.h"
+#include "json_scan.h"
 
 int code_format_find(const char *name)
 {

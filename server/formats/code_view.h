@@ -3,7 +3,8 @@
 #define SERVER_CODE_VIEW_H
 
 #include "export.h"
-#include "json_scan.h"
+
+struct slice;
 
 /* Where the answer is from. */
 struct code_origin {

@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "code_source.h"
 #include "fmu.h"
+#include "json_scan.h"
 #include "zip.h"
 
 /* A number, or a text that is one. */

@@ -3,7 +3,10 @@
 
 #include <string.h>
 
+#include "arena.h"
+#include "buf.h"
 #include "plot.h"
+#include "samples.h"
 
 struct choice {
     const struct samples *s;

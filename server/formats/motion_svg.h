@@ -4,8 +4,8 @@
 
 #include <stdbool.h>
 
-#include "buf.h"
-#include "samples.h"
+struct samples;
+struct sga_buf;
 
 /* Appends an SVG image of the columns (names separated by commas; NULL: all but x and time) over the column x (NULL: time); of a sweep a
  * curve for each set. False: there is no such column, and `why` says which there are. Cost: linear in the samples. */

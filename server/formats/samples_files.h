@@ -2,8 +2,9 @@
 #ifndef SERVER_SAMPLES_FILES_H
 #define SERVER_SAMPLES_FILES_H
 
-#include "buf.h"
 #include "samples.h"
+
+struct sga_buf;
 
 /* Appends an array of NumPy's format (.npy): one dimension, a field of '<f8' for each column. */
 void samples_npy(const struct samples *s, struct sga_buf *out);

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "buf.h"
 #include "plot.h"
 #include "view.h"
 

@@ -2,8 +2,8 @@
 #ifndef SERVER_TRADEOFF_VIEW_H
 #define SERVER_TRADEOFF_VIEW_H
 
-#include "buf.h"
-#include "json_scan.h"
+struct sga_buf;
+struct slice;
 
 /* CSV (RFC 4180): a line of names, a line for each row; what a row does not have is an empty field. */
 void tradeoff_csv(struct slice tradeoff, struct sga_buf *out);

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "buf.h"
+
 /* The next member of a sweep. */
 static bool next_set(struct view *v)
 {

@@ -2,8 +2,9 @@
 #ifndef SERVER_VIEW_H
 #define SERVER_VIEW_H
 
-#include "buf.h"
 #include "json_scan.h"
+
+struct sga_buf;
 
 enum view_format { VIEW_JSON, VIEW_CSV, VIEW_NDJSON };
 

@@ -5,6 +5,8 @@
 #include <assert.h>
 #include <string.h>
 
+#include "error.h"
+
 enum state {
     START, EMPTY_LINE,                                            /* CR LF before a request */
     METHOD, TARGET, PERCENT, PERCENT_2, VERSION, LINE_END,

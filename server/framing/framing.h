@@ -10,7 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "error.h"
+struct sga_error;
 
 /* What the HTTP library holds in the memory that it has for each connection (32 KiB), with its lists. */
 enum {

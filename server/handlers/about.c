@@ -1,12 +1,20 @@
 /* What the service says about itself: health, readiness, metrics, schema, version. */
+#include "config.h"
+#include "conns.h"
 #include "digest.h"
 #include "embed.h"
 #include "handlers.h"
+#include "jobs.h"
 #include "log.h"
+#include "memory_cache.h"
+#include "metrics.h"
 #include "process.h"
 #include "reply.h"
 #include "run.h"
+#include "service.h"
+#include "store.h"
 #include "tls.h"
+#include "tokens.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -58,8 +66,8 @@ enum MHD_Result handle_metrics(struct exchange *e)
                                counts.ending, counts.ending_bytes, (unsigned long)tls_expires(),
                                counts.oldest, store_free_bytes(sv->store), store_bytes(sv->store, false), store_bytes(sv->store, true),
                                memory_cache_bytes(sv->memory_cache), sga_version() };
-    metrics_write(&sv->metrics, &now, sv->route_names, &b);
-    if (!config_isolated(&sv->config) || e->scopes & SCOPE_WATCH)
+    metrics_write(sv->metrics, &now, sv->route_names, &b);
+    if (!config_isolated(sv->config) || e->scopes & SCOPE_WATCH)
         jobs_write_accounts(sv->jobs, &b);
     process_write(&b);
     reply_header(e, "Cache-Control", "no-store");

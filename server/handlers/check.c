@@ -4,6 +4,7 @@
 #include "handlers.h"
 #include "memory_room.h"
 #include "reply.h"
+#include "service.h"
 
 enum { BUSY_SECONDS = 5 };
 

@@ -1,10 +1,12 @@
 /* GET /v1/jobs/ID/code: a finished answer as source of another language; GET /v1/jobs/ID/fmu: as an FMU. It is written anew each time: the store has what it takes. */
 #include "code_view.h"
 #include "digest.h"
+#include "finished.h"
 #include "handlers.h"
 #include "lookup.h"
 #include "reply.h"
 #include "run.h"
+#include "service.h"
 #include "store.h"
 
 #include <stdint.h>

@@ -2,9 +2,15 @@
  * client has not seen, then one `end` event with the job (without its result), id "end". A
  * client that comes back with Last-Event-ID: end gets 204, which tells it to stop. */
 #include "budget.h"
+#include "config.h"
+#include "conns.h"
+#include "finished.h"
 #include "handlers.h"
+#include "job.h"
+#include "jobs.h"
 #include "lookup.h"
 #include "reply.h"
+#include "service.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -134,10 +140,10 @@ enum MHD_Result handle_events(struct exchange *e)
     if (found != LOOKUP_LIVE)
         return reply_lookup(e, found);
     jobs_count(e->service->jobs, &counts);
-    if (counts.streams >= (unsigned long)e->service->config.streams) {
+    if (counts.streams >= (unsigned long)e->service->config->streams) {
         reply_header(e, "Retry-After", "10");
         return reply_error(e, SGA_E_QUEUE_FULL, "There are %ld event streams already. Ask for the job itself from time to time.",
-                           atomic_load(&e->service->config.streams));
+                           atomic_load(&e->service->config->streams));
     }
     if (!jobs_may_wait(e->service->jobs, e->account)) {
         reply_header(e, "Retry-After", "10");
@@ -160,6 +166,6 @@ enum MHD_Result handle_events(struct exchange *e)
         free_stream(s);
     enum MHD_Result rc = reply_response(e, 200, TYPE_EVENTS, r);
     /* A reader that takes nothing any more is cut in the end; one that is alive comes back. */
-    conn_deadline(e->conn, sga_now() + (double)e->service->config.stream_timeout);
+    conn_deadline(e->conn, sga_now() + (double)e->service->config->stream_timeout);
     return rc;
 }

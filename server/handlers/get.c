@@ -2,10 +2,17 @@
  * it in its list and may withdraw; it is cancelled where nobody else wants it, or by the scope
  * admin. Who knows its id knows the request (the id is a digest of it), and may read the job. */
 #include "budget.h"
+#include "config.h"
+#include "finished.h"
 #include "handlers.h"
+#include "jobs.h"
 #include "log.h"
 #include "lookup.h"
+#include "memory_cache.h"
 #include "reply.h"
+#include "service.h"
+#include "store.h"
+#include "tokens.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -79,7 +86,7 @@ static enum MHD_Result withdrawn(struct exchange *e)
         job_unref(e->job);
         if (!(e->job = jobs_barrier(e->service->jobs)))
             return MHD_NO;
-        e->wait_until = sga_now() + (double)e->service->config.store_timeout;
+        e->wait_until = sga_now() + (double)e->service->config->store_timeout;
     }
     if (exchange_wait(e, WAIT_STORED, e->wait_until))
         return MHD_YES;
@@ -234,7 +241,7 @@ enum MHD_Result handle_list(struct exchange *e)
     if (!e->job) {
         if (!(e->job = jobs_barrier(e->service->jobs)))
             return MHD_NO;
-        if (exchange_wait(e, WAIT_STORED, sga_now() + (double)e->service->config.store_timeout))
+        if (exchange_wait(e, WAIT_STORED, sga_now() + (double)e->service->config->store_timeout))
             return MHD_YES;
     }
     if (store_list(e->service->store, &q, &page) != STORE_FOUND)

@@ -2,7 +2,7 @@
 #ifndef SERVER_HANDLERS_H
 #define SERVER_HANDLERS_H
 
-#include "exchange.h"
+struct exchange;
 
 typedef enum MHD_Result handler(struct exchange *e);
 

@@ -1,9 +1,11 @@
 /* GET / and /page/NAME: the page for browsers, as it was built in. It is the same for everyone and needs no token; what it asks of the
  * service does. Nothing but this server's own files runs in it, or is asked by it. */
+#include "config.h"
 #include "handlers.h"
 #include "page_files.h"
 #include "prefer.h"
 #include "reply.h"
+#include "service.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,7 +38,7 @@ static const char *type_of(const char *name)
 
 enum MHD_Result handle_page(struct exchange *e)
 {
-    const struct page_file *f = strcmp(e->service->config.ui, "no") == 0 ? NULL : find(*e->segment ? e->segment : "index.html");
+    const struct page_file *f = strcmp(e->service->config->ui, "no") == 0 ? NULL : find(*e->segment ? e->segment : "index.html");
     if (!f)
         return reply_error(e, SGA_E_NOT_FOUND, "There is nothing at this path. /openapi.json lists what there is.");
     bool packed = prefer_gzip(exchange_header(e, "Accept-Encoding"));

@@ -5,11 +5,18 @@
  * job's row on disk, the end of a job for that end: what was said stays true over a crash. */
 #include "budget.h"
 #include "check_threads.h"
+#include "config.h"
+#include "finished.h"
 #include "handlers.h"
+#include "jobs.h"
 #include "lookup.h"
+#include "memory_cache.h"
 #include "memory_room.h"
+#include "metrics.h"
 #include "reply.h"
 #include "run.h"
+#include "service.h"
+#include "store.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,7 +26,7 @@ enum { SOLVE_SECONDS = 30, RETRY_SECONDS = 1, FULL_SECONDS = 5 };
 
 static enum MHD_Result hit(struct exchange *e, struct finished *f, enum metrics_counter from)
 {
-    metrics_add(&e->service->metrics, from);
+    metrics_add(e->service->metrics, from);
     if (*e->account->name)
         jobs_note(e->service->jobs, f->id, e->account);
     reply_header(e, "Location", "/v1/jobs/%s", f->id);
@@ -48,7 +55,7 @@ static enum MHD_Result not_stored(struct exchange *e, struct finished *f)
 
 static enum MHD_Result refuse(struct exchange *e, enum submit why, const char *quota, long retry)
 {
-    const struct config *c = &e->service->config;
+    const struct config *c = e->service->config;
     switch (why) {
     case SUBMIT_DRAINING:
         reply_header(e, "Retry-After", "%d", FULL_SECONDS);
@@ -73,7 +80,7 @@ static enum MHD_Result answer(struct exchange *e)
     if (e->wait_seconds > 0 && exchange_wait(e, WAIT_ENDED, e->wait_until))
         return MHD_YES;
     if (!e->stored_until)             /* once: a disk that stands still ends in a 503 */
-        e->stored_until = sga_now() + (double)e->service->config.store_timeout;
+        e->stored_until = sga_now() + (double)e->service->config->store_timeout;
     if (exchange_wait(e, WAIT_STORED, e->stored_until))
         return MHD_YES;
     jobs_look(e->service->jobs, e->job, &look);
@@ -94,14 +101,14 @@ static enum MHD_Result answer(struct exchange *e)
 static void name_job(struct exchange *e, char id[ID_LENGTH + 1], const struct sga_buf *canonical)
 {
     char version[ACCOUNT_NAME + 160];
-    bool own = config_isolated(&e->service->config);
+    bool own = config_isolated(e->service->config);
     snprintf(version, sizeof version, "%s%s%s", sga_version(), own ? " for " : "", own ? e->account->name : "");
     digest_id(id, version, canonical->data, canonical->len);
 }
 
 static void name_body(struct exchange *e)
 {
-    if (config_isolated(&e->service->config))
+    if (config_isolated(e->service->config))
         digest_kept(e->check.sum, e->account->name, e->body, e->length);
     else
         digest(e->check.sum, e->body, e->length);
@@ -136,7 +143,7 @@ static enum MHD_Result submit(struct exchange *e, const unsigned char *sum, stru
     if (outcome != SUBMIT_NEW && outcome != SUBMIT_JOINED)
         return refuse(e, outcome, s.quota, s.retry);
     e->job = s.job;
-    metrics_add(&sv->metrics, METRIC_CACHE_MISSES);
+    metrics_add(sv->metrics, METRIC_CACHE_MISSES);
     return answer(e);
 }
 

@@ -1,7 +1,9 @@
 /* GET /v1/jobs/ID/request: the request of a job, whether it has ended or not, as it is kept: canonical, so that it can be posted again
  * and is the same job. It never changes, so its entity tag is the job's id. */
 #include "handlers.h"
+#include "lookup.h"
 #include "reply.h"
+#include "service.h"
 #include "store.h"
 
 #include <stdio.h>

@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "finished.h"
+#include "lookup.h"
 #include "prefer.h"
 
 /* By ?format=, else by Accept. -1: refused, and *rc is the reply's. */

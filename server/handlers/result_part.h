@@ -2,10 +2,9 @@
 #ifndef SERVER_RESULT_PART_H
 #define SERVER_RESULT_PART_H
 
-#include "finished.h"
-#include "json_scan.h"
-#include "lookup.h"
 #include "reply.h"
+
+struct slice;
 
 struct result_part_format {
     const char *name, *type;      /* of ?format= and of Accept; the first one is the default */

@@ -1,5 +1,7 @@
 /* GET /v1/jobs/ID/tradeoff: speed against accuracy as JSON, as a table, or as an image. */
+#include "finished.h"
 #include "handlers.h"
+#include "json_scan.h"
 #include "result_part.h"
 #include "tradeoff_view.h"
 

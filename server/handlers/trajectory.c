@@ -1,10 +1,14 @@
 /* GET /v1/jobs/ID/trajectory: the samples alone. As JSON they are a piece of the finished
  * text and are sent as it stands; as CSV and NDJSON they are streamed line by line; as a file or an image they are made whole. */
+#include "config.h"
+#include "finished.h"
 #include "handlers.h"
+#include "lookup.h"
 #include "motion_svg.h"
 #include "result_part.h"
 #include "samples.h"
 #include "samples_files.h"
+#include "service.h"
 #include "view.h"
 
 #include <stdatomic.h>
@@ -129,7 +133,7 @@ static enum MHD_Result send_whole(struct exchange *e, struct finished *f, int fo
     }
     w->booked = &sv->reply_bytes;
     w->bytes = (long)(WHOLE_FACTOR * trajectory.len);
-    bool full = atomic_fetch_add(w->booked, w->bytes) + w->bytes > atomic_load(&sv->config.reply_memory) + atomic_load(&sv->config.cache_memory);
+    bool full = atomic_fetch_add(w->booked, w->bytes) + w->bytes > atomic_load(&sv->config->reply_memory) + atomic_load(&sv->config->cache_memory);
     bool ok = !full && make_whole(e, format, trajectory, &w->text, &why);
     finished_unref(f);
     if (ok) {

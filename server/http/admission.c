@@ -14,6 +14,10 @@
 #include <string.h>
 #include <strings.h>
 
+#include "config.h"
+#include "listen.h"
+#include "service.h"
+
 struct seen {
     int host, length, coding, origins;
     const char *host_value, *coding_value, *origin;
@@ -60,7 +64,7 @@ static bool known_host(const struct service *sv, const char *name, size_t length
         if (length && strlen(host) == length && strncasecmp(host, name, length) == 0)
             return true;
     }
-    for (const char *p = sv->config.allow_host; p && *p;) {
+    for (const char *p = sv->config->allow_host; p && *p;) {
         p += strspn(p, ", ");
         size_t n = strcspn(p, ", ");
         if (n && n == length && strncasecmp(p, name, n) == 0)
@@ -190,14 +194,14 @@ bool admit_body(struct exchange *e, struct sga_error *err)
         return sga_fail(err, SGA_E_MEDIA_TYPE, "A request is sent with Content-Type: application/json.");
     if (!plain_body(e, type, err))
         return false;
-    if (length && strtoull(length, NULL, 10) > (unsigned long long)e->service->config.body_limit)
-        return sga_fail(err, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", atomic_load(&e->service->config.body_limit));
+    if (length && strtoull(length, NULL, 10) > (unsigned long long)e->service->config->body_limit)
+        return sga_fail(err, SGA_E_BODY_TOO_LARGE, "The body may have at most %ld bytes.", atomic_load(&e->service->config->body_limit));
     return true;
 }
 
 bool admit_drop(struct exchange *e)
 {
     const char *length = exchange_header(e, "Content-Length");
-    unsigned long long most = ADMIT_DROP_FACTOR * (unsigned long long)e->service->config.body_limit;
+    unsigned long long most = ADMIT_DROP_FACTOR * (unsigned long long)e->service->config->body_limit;
     return !exchange_header(e, "Expect") && (!length || strtoull(length, NULL, 10) <= most);
 }

@@ -3,7 +3,6 @@
 #ifndef SERVER_ADMISSION_H
 #define SERVER_ADMISSION_H
 
-#include "error.h"
 #include "exchange.h"
 
 /* Looks at the request line and the headers, before any of the body is read. begin: the method,

@@ -4,6 +4,8 @@
 #include "log.h"
 #include "reply.h"
 #include "routes.h"
+#include "service.h"
+#include "tokens.h"
 
 #include <stdatomic.h>
 #include <stdio.h>

@@ -2,7 +2,6 @@
 #ifndef SERVER_CALLER_H
 #define SERVER_CALLER_H
 
-#include "error.h"
 #include "exchange.h"
 
 /* Fills e->account and e->scopes from the Authorization header, and compares with the scope

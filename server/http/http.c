@@ -7,8 +7,13 @@
 #include "admission.h"
 #include "budget.h"
 #include "caller.h"
+#include "config.h"
+#include "conns.h"
 #include "front.h"
+#include "jobs.h"
 #include "listen.h"
+#include "metrics.h"
+#include "service.h"
 #include "tls.h"
 #include "log.h"
 #include "reply.h"
@@ -60,11 +65,11 @@ static void on_connection(void *cls, struct MHD_Connection *connection, void **c
     info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     bool gave = false;
     *ctx = conn_add(sv->conns, fd, session, door->number, info ? info->client_addr : NULL,
-                    sga_now() + (double)sv->config.request_timeout, &gave);
+                    sga_now() + (double)sv->config->request_timeout, &gave);
     if (gave)
-        metrics_add(&sv->metrics, METRIC_PLACES_GIVEN);
+        metrics_add(sv->metrics, METRIC_PLACES_GIVEN);
     if (!*ctx) {
-        metrics_add(&sv->metrics, METRIC_LOST_CONNECTIONS);
+        metrics_add(sv->metrics, METRIC_LOST_CONNECTIONS);
         shutdown(fd, SHUT_RDWR);
     }
 }
@@ -75,7 +80,7 @@ static void *on_request_line(void *cls, const char *uri, struct MHD_Connection *
     struct service *sv = cls;
     struct exchange *e = calloc(1, sizeof *e);
     if (!e) {
-        metrics_add(&sv->metrics, METRIC_LOST_CONNECTIONS);
+        metrics_add(sv->metrics, METRIC_LOST_CONNECTIONS);
         return NULL;
     }
     e->service = sv;
@@ -117,11 +122,11 @@ static void on_completed(void *cls, struct MHD_Connection *connection, void **co
     double seconds = sga_now() - e->began;
     if (e->begun && !front_refused(conn_front(e->conn))) {
         if (!e->status)    /* nobody is left to answer */
-            metrics_http(&sv->metrics, e->route_number, e->method, 0);
-        metrics_http_took(&sv->metrics, seconds);
+            metrics_http(sv->metrics, e->route_number, e->method, 0);
+        metrics_http_took(sv->metrics, seconds);
         log_exchange(e, seconds);
     }
-    conn_deadline(e->conn, sga_now() + (double)sv->config.request_timeout);    /* for the next request */
+    conn_deadline(e->conn, sga_now() + (double)sv->config->request_timeout);    /* for the next request */
     conn_busy(e->conn, false);
     job_unref(e->job);
     exchange_free_body(e);
@@ -201,7 +206,7 @@ static enum MHD_Result begin(struct exchange *e, const char *path, const char *m
  * reads only after it has written gets its answer; but not without end. */
 static enum MHD_Result take(struct exchange *e, const char *data, size_t n)
 {
-    size_t limit = (size_t)e->service->config.body_limit;
+    size_t limit = (size_t)e->service->config->body_limit;
     e->received += n;
     if (e->received > limit)
         sga_fail(&e->refusal, SGA_E_BODY_TOO_LARGE, "The body may have at most %zu bytes.", limit);
@@ -274,8 +279,8 @@ static struct MHD_Daemon *start_daemon(struct http *h, int number)
                             MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
                             MHD_OPTION_LISTEN_SOCKET, l->fd,
                             MHD_OPTION_THREAD_POOL_SIZE, (unsigned)POOL,
-                            MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config.connections + SPARE,
-                            MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)sv->config.idle_timeout,
+                            MHD_OPTION_CONNECTION_LIMIT, (unsigned)sv->config->connections + SPARE,
+                            MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)sv->config->idle_timeout,
                             MHD_OPTION_STRICT_FOR_CLIENT, 1,
                             MHD_OPTION_NOTIFY_CONNECTION, on_connection, &h->door[number],
                             MHD_OPTION_NOTIFY_COMPLETED, on_completed, sv,
@@ -291,7 +296,7 @@ struct http *http_open(struct service *sv, char *why, size_t size)
         return NULL;
     h->service = sv;
     sv->route_names = route_names;
-    if (front_start(turn_away, sv, why, size) && tls_open(&sv->config, why, size) && listen_open(&sv->config, &h->listeners, why, size)) {
+    if (front_start(turn_away, sv, why, size) && tls_open(sv->config, why, size) && listen_open(sv->config, &h->listeners, why, size)) {
         sv->listeners = &h->listeners;
         return h;
     }
@@ -303,7 +308,7 @@ struct http *http_open(struct service *sv, char *why, size_t size)
 
 bool http_start(struct http *h, char *why, size_t size)
 {
-    conns_limit(h->service->conns, &h->service->config.connections, &h->service->config.address_connections);
+    conns_limit(h->service->conns, &h->service->config->connections, &h->service->config->address_connections);
     for (int i = 0; i < h->listeners.count; i++) {
         const struct listening *l = &h->listeners.at[i];
         size_t used = strlen(h->url);

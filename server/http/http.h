@@ -5,9 +5,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "service.h"
-
 struct http;
+struct service;
 
 /* Opens what config->listen names, and reads the certificate: connections may come and wait. NULL with the reason in why. */
 struct http *http_open(struct service *sv, char *why, size_t size);

@@ -5,6 +5,9 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "metrics.h"
+#include "tokens.h"
+
 #define ROUTES(X) \
     X("/v1/jobs",              SCOPE_READ, handle_list,       handle_post_job, NULL, "limit cursor status") \
     X("/v1/solve",             SCOPE_READ, NULL,              handle_solve,    NULL, "") \

@@ -2,6 +2,8 @@
 #ifndef SERVER_ROUTES_H
 #define SERVER_ROUTES_H
 
+#include <stddef.h>
+
 #include "handlers.h"
 
 struct route {

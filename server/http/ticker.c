@@ -1,9 +1,14 @@
 /* Twenty times a second. */
 #include "ticker.h"
 #include "budget.h"
+#include "conns.h"
+#include "jobs.h"
 #include "log.h"
+#include "metrics.h"
 #include "notify.h"
+#include "service.h"
 #include "tls.h"
+#include "tokens.h"
 
 #include <unistd.h>
 
@@ -13,7 +18,7 @@ enum { TICK_MS = 50, TOKENS_SECONDS = 1, FILES_SECONDS = 10 };
 static void renew_certificate(struct ticker *t)
 {
     char why[512];
-    enum tls_news news = tls_renew(&t->service->config, atomic_exchange(&t->renew, false), why, sizeof why);
+    enum tls_news news = tls_renew(t->service->config, atomic_exchange(&t->renew, false), why, sizeof why);
     if (news == TLS_BAD)
         log_event(LOG_L_ERROR, "certificate_refused", "reason", why, NULL);
     else if (news == TLS_NEW)
@@ -54,7 +59,7 @@ static void *tick(void *arg)
         }
         jobs_tick(sv->jobs, now);
         for (int cut = conns_reap(sv->conns, now, 0); cut > 0; cut--)
-            metrics_add(&sv->metrics, METRIC_REAPED);
+            metrics_add(sv->metrics, METRIC_REAPED);
         tell_supervisor(t, now);
     }
     return NULL;

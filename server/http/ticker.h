@@ -8,8 +8,6 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
-#include "service.h"
-
 struct ticker {
     struct service *service;
     pthread_t thread;

@@ -1,10 +1,13 @@
 /* The reply says what every problem says. The connection ends after it: where the next request would begin is not known. */
 #include "turned_away.h"
 #include "budget.h"
+#include "conns.h"
 #include "log.h"
+#include "metrics.h"
 #include "peer.h"
 #include "problem.h"
 #include "routes.h"
+#include "service.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,8 +27,8 @@ static void note(struct service *sv, int fd, const struct sga_error *err, const 
     socklen_t length = sizeof a;
     char peer[PEER_TEXT], status[16];
     const char *who = getpeername(fd, (struct sockaddr *)&a, &length) == 0 ? peer_text((struct sockaddr *)&a, peer) : NULL;
-    metrics_refused(&sv->metrics, err->code);
-    metrics_http(&sv->metrics, route_number(NULL), "", sga_code_status(err->code));
+    metrics_refused(sv->metrics, err->code);
+    metrics_http(sv->metrics, route_number(NULL), "", sga_code_status(err->code));
     snprintf(status, sizeof status, "%d", sga_code_status(err->code));
     log_event(LOG_L_INFO, "request", "request_id", id, "route", route_names[route_number(NULL)], "peer", who, "#status", status,
               "code", sga_code_text(err->code), "reason", err->detail, NULL);

@@ -3,7 +3,8 @@
 #define SERVER_TURNED_AWAY_H
 
 #include "front.h"
-#include "service.h"
+
+struct service;
 
 /* An id for a request that has none of its own that could be used. */
 void request_name(struct service *sv, char *out, size_t size);

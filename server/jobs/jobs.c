@@ -1,9 +1,14 @@
 /* The table of living jobs: making, finding, submitting. */
+#include "config.h"
+#include "finished.h"
 #include "jobs_parts.h"
 #include "budget.h"
 #include "clock.h"
 #include "log.h"
+#include "memory_cache.h"
+#include "metrics.h"
 #include "no_memory.h"
+#include "store.h"
 
 #include <assert.h>
 #include <stdio.h>

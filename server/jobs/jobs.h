@@ -17,17 +17,20 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "config.h"
-#include "error.h"
-#include "finished.h"
 #include "job.h"
-#include "memory_cache.h"
-#include "metrics.h"
-#include "quota.h"
-#include "store.h"
 
-struct jobs;
+struct account;
+struct config;
+struct finished;
 struct job;
+struct jobs;
+struct memory_cache;
+struct metrics;
+struct quota;
+struct sga_buf;
+struct sga_error;
+struct store;
+struct waiter;
 
 struct jobs_hooks {
     void (*suspend)(void *connection);
@@ -113,19 +116,6 @@ enum cancel { CANCEL_BROKEN, CANCEL_ENDED_NOW, CANCEL_ASKED, CANCEL_WITHDRAWN, C
 enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *by, struct job **job);
 
 /* -- Waiting -- */
-
-enum wait_kind { WAIT_STORED, WAIT_ENDED, WAIT_EVENT };
-
-struct waiter {
-    void *connection;
-    struct account *account;
-    enum wait_kind kind;
-    uint64_t seen;            /* WAIT_EVENT: the event known already */
-    double deadline;          /* sga_now() */
-    bool waiting;
-    struct job *job;
-    struct waiter *prev, *next, *all_prev, *all_next;
-};
 
 /* True: the connection was suspended and will be resumed, once. False: there is no need
  * to wait (any more), or no room: go on with what jobs_look says. The caller holds a

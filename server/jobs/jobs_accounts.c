@@ -1,4 +1,5 @@
 /* What each token holds and has had, as Prometheus text. Names are those that administrators gave, of few characters. */
+#include "buf.h"
 #include "jobs_parts.h"
 
 #include <string.h>

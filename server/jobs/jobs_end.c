@@ -3,8 +3,11 @@
 #include "budget.h"
 #include "clock.h"
 #include "log.h"
+#include "memory_cache.h"
+#include "metrics.h"
 #include "no_memory.h"
 #include "problem.h"
+#include "store.h"
 
 #include <assert.h>
 #include <stdio.h>

@@ -1,5 +1,8 @@
 /* Jobs that run on other daemons, as far as somebody here waits for them: see jobs_shared.h. */
+#include "finished.h"
 #include "jobs_shared.h"
+#include "memory_cache.h"
+#include "store.h"
 
 #include <assert.h>
 #include <stdio.h>

@@ -1,5 +1,6 @@
 /* Who asked for a job: it goes on while anybody wants it. */
 #include "jobs_parts.h"
+#include "store.h"
 
 #include <assert.h>
 #include <stdlib.h>

@@ -1,8 +1,10 @@
 /* The thread that keeps a shared table true: it listens for hints, beats, follows and reaps; see jobs_shared.h. */
+#include "config.h"
 #include "jobs_shared.h"
 #include "budget.h"
 #include "clock.h"
 #include "problem.h"
+#include "store.h"
 
 #include <assert.h>
 #include <stdio.h>

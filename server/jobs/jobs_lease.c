@@ -1,10 +1,13 @@
 /* Our runs of jobs that daemons share, held by leases: claimed, renewed, given back, lost; see jobs_shared.h. */
+#include "config.h"
 #include "jobs_shared.h"
 #include "budget.h"
 #include "clock.h"
 #include "log.h"
+#include "metrics.h"
 #include "no_memory.h"
 #include "run.h"
+#include "store.h"
 
 #include <assert.h>
 #include <stdio.h>

@@ -6,6 +6,7 @@
 #include <stdatomic.h>
 
 #include "jobs.h"
+#include "metrics.h"
 
 enum { JOBS_BUCKETS = 8192, JOBS_TRIES = 3, JOBS_NOTED = 4096 };
 

@@ -1,8 +1,10 @@
 /* The queue: one first-in-first-out list for each account, and a ring of the accounts that
  * have jobs in theirs. Workers take one job from each in turn, so that a thousand jobs of
  * one user delay another's first by one job, not by a thousand. */
+#include "config.h"
 #include "jobs_parts.h"
 #include "budget.h"
+#include "metrics.h"
 
 #include <assert.h>
 #include <stdio.h>

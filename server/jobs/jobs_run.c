@@ -1,8 +1,11 @@
 /* Running jobs: claiming, progress, going back, cancelling. */
+#include "config.h"
 #include "jobs_parts.h"
 #include "budget.h"
 #include "clock.h"
 #include "json_scan.h"
+#include "metrics.h"
+#include "store.h"
 
 #include <assert.h>
 #include <math.h>

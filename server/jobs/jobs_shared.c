@@ -1,6 +1,9 @@
 /* What is asked of a store that several daemons share, which decides: to take a job, to cancel one; see jobs_shared.h. */
 #include "jobs_shared.h"
 #include "clock.h"
+#include "config.h"
+#include "metrics.h"
+#include "store.h"
 
 #include <assert.h>
 #include <semaphore.h>

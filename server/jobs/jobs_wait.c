@@ -1,8 +1,11 @@
 /* Those who wait for jobs. Suspending and linking happen under the lock, and so does
  * resuming: a connection is resumed exactly once for each time it was suspended. */
+#include "config.h"
 #include "jobs_parts.h"
 #include "budget.h"
 #include "clock.h"
+#include "store.h"
+#include "waiter.h"
 
 #include <assert.h>
 #include <stdlib.h>

@@ -11,7 +11,10 @@
 #include "budget.h"
 #include "child.h"
 #include "child_inbox.h"
+#include "config.h"
+#include "jobs.h"
 #include "log.h"
+#include "metrics.h"
 
 #include <errno.h>
 #include <poll.h>

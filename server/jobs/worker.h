@@ -2,10 +2,9 @@
 #ifndef SERVER_WORKER_H
 #define SERVER_WORKER_H
 
-#include "config.h"
-#include "jobs.h"
-#include "metrics.h"
-
+struct config;
+struct jobs;
+struct metrics;
 struct workers;
 
 /* Starts config->workers threads with a child each. NULL: it could not. */

@@ -5,6 +5,7 @@
  * A client that still writes while its refusal is under way must not get a reset for it, which would take the refusal away from
  * it: our side ends, and what comes is read and dropped until its side ends, or the connection's deadline cuts it. */
 #include "front.h"
+#include "error.h"
 #include "framing.h"
 
 #include <assert.h>

@@ -11,10 +11,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "error.h"
-
-struct front;
 struct conn;
+struct front;
+struct sga_error;
 
 /* Writes a whole reply about the refusal, with its head, and notes it. conn: as front_open had it. The length. */
 enum { FRONT_REPLY = 4096 };

@@ -1,5 +1,6 @@
 /* The listening sockets, and the rule about who may be let near them. */
 #include "listen.h"
+#include "config.h"
 #include "inherit.h"
 
 #include <errno.h>

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "config.h"
+struct config;
 
 enum { LISTEN_MOST = 8 };
 

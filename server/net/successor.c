@@ -2,6 +2,7 @@
 #define _GNU_SOURCE    /* pipe2 */
 #include "successor.h"
 #include "inherit.h"
+#include "listen.h"
 
 #include <assert.h>
 #include <errno.h>

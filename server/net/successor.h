@@ -5,7 +5,7 @@
 #include <stddef.h>
 #include <sys/types.h>
 
-#include "listen.h"
+struct listeners;
 
 /* Starts it and waits until it has read its settings and listens (inherit.h). Its process id; 0 with the reason in why: then it is
  * gone, and nothing has changed. From then on the names of UNIX sockets are its to remove. */

@@ -13,6 +13,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "config.h"
+
 enum { CHAIN = 16 };
 static const long PEM_MOST = 1 << 20;
 

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "config.h"
+struct config;
 
 /* TLS 1.2 and 1.3, keys that nobody can work out later (forward secrecy), authenticated encryption. */
 #define TLS_PRIORITIES "PFS:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:-CIPHER-ALL:+AES-256-GCM:+CHACHA20-POLY1305:+AES-128-GCM:-MAC-ALL:+AEAD"

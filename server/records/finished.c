@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "buf.h"
+
 /* Head, member and brace around the text, which lies at the front of f->text. */
 static void assemble(struct finished *f, const struct sga_buf *head, const char *member, size_t length)
 {

@@ -1,5 +1,6 @@
 /* The job object. */
 #include "job.h"
+#include "buf.h"
 #include "clock.h"
 
 #include <stdio.h>

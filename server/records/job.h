@@ -5,9 +5,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "buf.h"
 #include "digest.h"
 #include "quota.h"
+
+struct sga_json;
 
 #define JOB_STATUS_TABLE(X) \
     X(QUEUED, "queued") X(RUNNING, "running") X(DONE, "done") X(FAILED, "failed") X(CANCELLED, "cancelled")

@@ -5,9 +5,10 @@
 
 #include <stdatomic.h>
 
-#include "buf.h"
 #include "error.h"
 #include "job.h"
+
+struct sga_buf;
 
 /*    symbol             name                             help */
 #define METRICS_COUNTERS(X) \

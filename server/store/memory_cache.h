@@ -3,7 +3,6 @@
 #ifndef SERVER_MEMORY_CACHE_H
 #define SERVER_MEMORY_CACHE_H
 
-#include "digest.h"
 #include "finished.h"
 
 struct memory_cache;

@@ -1,7 +1,7 @@
 /* The durable memory of jobs and results, and who decides about them. There are two: files of
  * SQLite in the state folder (lite.c), which one daemon owns, and a database of PostgreSQL
  * (../postgres), which several daemons share. What is said here holds for both, and
- * tests/conformance.c asks both for it.
+ * tests/conformance/ asks both for it.
  *
  * A run of a job has an epoch, its fence: it grows with each claim, release, reaping, cancellation
  * and new submission of the job, so that what an older run says of the job counts for nothing. A

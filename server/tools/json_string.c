@@ -4,6 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "buf.h"
+#include "json_scan.h"
+
 static void put_code(struct sga_buf *out, unsigned c)
 {
     char u[4];

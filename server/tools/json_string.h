@@ -2,8 +2,8 @@
 #ifndef SERVER_JSON_STRING_H
 #define SERVER_JSON_STRING_H
 
-#include "buf.h"
-#include "json_scan.h"
+struct sga_buf;
+struct slice;
 
 /* Appends what a JSON string says; any other value as it stands. */
 void string_put(struct sga_buf *out, struct slice value);

@@ -8,6 +8,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "buf.h"
+
 /* The fields of stat that are wanted, by their numbers in proc(5); the first two end at the last ')'. */
 enum { FIRST = 3, USER = 14, SYSTEM = 15, THREADS = 20, START = 22, VIRTUAL = 23, RESIDENT = 24, FIELDS = 25 };
 

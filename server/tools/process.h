@@ -2,7 +2,7 @@
 #ifndef SERVER_PROCESS_H
 #define SERVER_PROCESS_H
 
-#include "buf.h"
+struct sga_buf;
 
 /* Writes process_cpu_seconds_total, process_resident_memory_bytes, process_virtual_memory_bytes,
  * process_threads, process_open_fds, process_max_fds and process_start_time_seconds as Prometheus

@@ -17,12 +17,20 @@
 
 #include "check_threads.h"
 #include "child.h"
+#include "config.h"
+#include "conns.h"
 #include "folder.h"
 #include "framing.h"
 #include "fuzz.h"
 #include "http.h"
+#include "jobs.h"
 #include "log.h"
+#include "memory_cache.h"
+#include "metrics.h"
+#include "quota.h"
 #include "run.h"
+#include "service.h"
+#include "store.h"
 
 const char *const fuzz_words[] = { "GET ", "POST ", "DELETE ", "HEAD ", "PUT ", "/v1/jobs", "/v1/solve", "/v1/jobs/00000000000000000000000000000000",
     "/events", "/trajectory", "/healthz", "/metrics", "?limit=", "&cursor=1", "?format=csv", "?status=done,failed", "%00", "%2f", "../", " HTTP/1.1\r\n",
@@ -33,7 +41,9 @@ const char *const fuzz_words[] = { "GET ", "POST ", "DELETE ", "HEAD ", "PUT ", 
 
 enum { REPLY_MS = 5000, REPLY_MOST = 1 << 20, ALIVE_EVERY = 64 };
 
-static struct service service;
+static struct config config;
+static struct metrics metrics;
+static struct service service = { .config = &config, .metrics = &metrics };
 static struct http *http;
 static char folder[64], place[80];
 
@@ -64,11 +74,11 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     snprintf(state, sizeof state, "%s/state", folder);
     log_open(LOG_L_ERROR);
     sga_init();
-    FUZZ_REQUIRE(config_read(&sv->config, sizeof args / sizeof *args, args, why, sizeof why) == CONFIG_OK, "%s", why);
-    bool ok = (sv->conns = conns_new()) && (sv->memory_cache = memory_cache_new((size_t)sv->config.cache_memory))
-        && (sv->store = store_open(sv->config.state, 0, &sv->metrics, why, sizeof why))
-        && (store_limit(sv->store, &sv->config.cache_disk), true)
-        && (sv->jobs = jobs_new(&sv->config, sv->store, sv->memory_cache, &sv->metrics, hooks))
+    FUZZ_REQUIRE(config_read(sv->config, sizeof args / sizeof *args, args, why, sizeof why) == CONFIG_OK, "%s", why);
+    bool ok = (sv->conns = conns_new()) && (sv->memory_cache = memory_cache_new((size_t)sv->config->cache_memory))
+        && (sv->store = store_open(sv->config->state, 0, sv->metrics, why, sizeof why))
+        && (store_limit(sv->store, &sv->config->cache_disk), true)
+        && (sv->jobs = jobs_new(sv->config, sv->store, sv->memory_cache, sv->metrics, hooks))
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 })) && (sv->check_threads = check_threads_new(sv)) && (http = http_open(sv, why, sizeof why)) && http_start(http, why, sizeof why);
     FUZZ_REQUIRE(ok, "%s", why);
     return 0;
@@ -86,8 +96,8 @@ void fuzz_end(void)
     jobs_free(sv->jobs);
     memory_cache_free(sv->memory_cache);
     conns_free(sv->conns);
-    folder_empty(sv->config.state, 1);
-    config_free(&sv->config);
+    folder_empty(sv->config->state, 1);
+    config_free(sv->config);
     folder_empty(folder, 1);
 }
 

@@ -3,6 +3,7 @@
 
 #include "arena.h"
 #include "check.h"
+#include "mem.h"
 
 enum { BLOCKS = 400 };
 

@@ -6,7 +6,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+/* CHECK_SHARED: of several files, one of which defines them. */
+#ifdef CHECK_SHARED
+extern int check_passed, check_failed;
+#else
 static int check_passed, check_failed;
+#endif
 
 #define CHECK(cond, ...) \
     do { \

@@ -1,5 +1,6 @@
 /* Framing: what is handed on and what is refused, the same however the bytes are cut; random chunks decode to what was put in. */
 #include "check.h"
+#include "error.h"
 #include "framing.h"
 
 #include <string.h>

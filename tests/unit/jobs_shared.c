@@ -1,7 +1,9 @@
 /* The jobs table over a store that several daemons share, which is the test's own: what comes late, twice or not at all. */
 #include "check.h"
+#include "config.h"
 #include "jobs.h"
 #include "memory_cache.h"
+#include "metrics.h"
 #include "store_ops.h"
 
 #include <string.h>

@@ -1,6 +1,7 @@
 /* The rank of a wide matrix is never less than that of its part, whatever the size of its last column. */
 #include <math.h>
 
+#include "ball.h"
 #include "check.h"
 #include "drops.h"
 

@@ -137,6 +137,27 @@ static void test_samples(void)
         }
 }
 
+/* Without a relative tolerance the absolute one is what errors are held against: x' = -k (x - cos t) - sin t, x = cos t. */
+static bool follows(void *c, double t, const double *x, double *f)
+{
+    (void)c;
+    f[0] = -1000 * (x[0] - cos(t)) - sin(t);
+    return true;
+}
+
+static void test_absolute(void)
+{
+    double x[] = {1};
+    for (double tol = 1e-4; tol > 1e-11; tol *= 0.01) {
+        struct ode_problem p = {.n = 1, .rhs = follows};
+        struct ode_result r = solve(&p, x, 10, 20, 0, tol, "radau");
+        CHECK(r.end.reason == ODE_NONE && r.count == 20, "%g: %s", tol, r.end.detail);
+        for (int k = 0; k < r.count; k++)
+            CHECK(fabs(r.samples[k] - cos(0.5 * (k + 1))) < 10 * tol, "%g: %g", tol, r.samples[k] - cos(0.5 * (k + 1)));
+        ode_result_free(&r);
+    }
+}
+
 enum { CELLS = 200 };
 
 /* Heat on a line with a cubic sink, by lines; banded, so the linear systems are sparse. */
@@ -207,6 +228,7 @@ int main(void)
     test_published(NULL, 4000);
     test_jacobian();
     test_samples();
+    test_absolute();
     test_sparse();
     test_choice();
     return CHECK_END();

@@ -3,6 +3,7 @@
 #include "modpoint.h"
 #include "parse.h"
 #include "points.h"
+#include "points_space.h"
 
 #include <string.h>
 

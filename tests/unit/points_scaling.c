@@ -1,5 +1,6 @@
 /* Sizes of variables from equations, against known ones; triangular points against their
  * constraints. */
+#include "points_space.h"
 #include "scaling.h"
 
 #include <stdlib.h>

@@ -11,7 +11,6 @@
 #include "job_texts.h"
 #include "lines.h"
 #include "math_name.h"
-#include "mem.h"
 #include "parse.h"
 #include "print.h"
 #include "reduction.h"

@@ -3,7 +3,6 @@
 #ifndef SGA_RUN_SHEET_H
 #define SGA_RUN_SHEET_H
 
-#include "expr.h"
 #include "model.h"
 
 struct job;

@@ -4,6 +4,8 @@
 
 #include "sheet.h"
 
+struct sga_json;
+
 /* Kinds: symbol, name.
  *   given         an equation of the request, or the definition of a variable that the form adds
  *   differentiate a constraint along the motion

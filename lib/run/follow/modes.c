@@ -9,7 +9,6 @@
 #include "arena.h"
 #include "buf.h"
 #include "events_of.h"
-#include "mem.h"
 #include "oracle.h"
 #include "points.h"
 #include "reduction.h"

@@ -9,7 +9,6 @@
 
 #include "follow.h"
 #include "run_job.h"
-#include "mem.h"
 #include "reduce.h"
 #include "request.h"
 #include "strata.h"

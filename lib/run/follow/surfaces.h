@@ -2,7 +2,6 @@
 #ifndef SGA_RUN_SURFACES_H
 #define SGA_RUN_SURFACES_H
 
-#include "expr.h"
 #include "switches.h"
 
 struct sga_arena;

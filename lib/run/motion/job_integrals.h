@@ -3,7 +3,7 @@
 #define SGA_RUN_JOB_INTEGRALS_H
 
 #include "expr.h"
-#include "points_truth.h"
+#include "points_space.h"
 
 struct job_integrals {
     expr_id *expr;

@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "buf.h"
+#include "pencil.h"
 #include "run_job.h"
 #include "reduction.h"
 #include "request.h"

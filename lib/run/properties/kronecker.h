@@ -3,9 +3,9 @@
 #define SGA_RUN_KRONECKER_H
 
 #include "expr.h"
-#include "pencil.h"
 
 struct job;
+struct pencil;
 
 /* Where the reduced system is A x' = B x + c(t), with functions of `restrict` as rows of B, and A, B
  * free of variables and time: its coefficients, each a rational number or an expression in the symbolic

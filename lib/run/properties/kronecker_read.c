@@ -12,6 +12,7 @@
 #include "buf.h"
 #include "derive.h"
 #include "facts.h"
+#include "pencil.h"
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"

@@ -3,7 +3,6 @@
 #define SGA_RUN_STRATA_CASE_H
 
 #include "form.h"
-#include "system.h"
 
 struct job;
 struct points_point;

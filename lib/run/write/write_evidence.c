@@ -7,7 +7,6 @@
 #include "job_texts.h"
 #include "oracle.h"
 #include "points.h"
-#include "poly.h"
 #include "print.h"
 #include "printed_parts.h"
 #include "reduction.h"

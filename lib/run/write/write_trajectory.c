@@ -4,7 +4,7 @@
 
 #include "buf.h"
 #include "job_integrals.h"
-#include "points_truth.h"
+#include "points_space.h"
 #include "request.h"
 #include "run_job.h"
 #include "stratum.h"
