@@ -93,12 +93,19 @@ struct ode_march {
     /* Attempts at which the clock is looked at next; when that was done last. */
     long budget_at;
     double budget_looked;
-    /* Is there hope to arrive? Looked at every so many attempts. */
+    /* Is there hope to arrive? Looked at every so many attempts (reach.c), last at look_at. */
     long look_at;
     double look_t, look_progress;
     int hopeless;                   /* looks in a row that saw none, */
     double slow_since;              /* from this time on */
 };
+
+/* reach.c: before an attempt; after a failure, which may be the budget's. False: ended. */
+bool ode_may_go_on(struct ode_march *m);
+bool ode_within_budget(struct ode_march *m);
+
+/* inside.c: by how much sample k of r may be off for lying inside a step, by column of y (its outputs), into e. */
+void ode_inside(const struct ode_run *run, const struct ode_result *r, int k, const double *y, double *e);
 
 /* switch.c: see ode_run.series. */
 bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o);
