@@ -134,9 +134,12 @@ void jump_add_leg(struct jump_pass *p, double t, int mode, const char *how, doub
     p->r.leg[p->r.legs++] = (struct traj_leg){ .t = t, .mode = mode, .how = how, .moved = moved, .impulse = impulse, .coordinates = coordinates };
 }
 
-/* Values of switches of slides from a list of all variables. */
+/* Values of switches of slides from a list of all variables. One that jumped past its ends, with a table, has left its slide. */
 static void widen(struct traj_result *r, int surface, double value)
 {
+    static const double JUST = 1e-6;
+    if (fabs(value) > 1 + JUST)
+        return;
     for (int i = r->slides - 1; i >= 0; i--)
         if (r->slide[i].surface == surface && isnan(r->slide[i].to)) {
             r->slide[i].least = fmin(r->slide[i].least, value);

@@ -1,5 +1,5 @@
 /* Ways on from surfaces where equations jump: all that there may be, tried one by one. */
-#include "slide.h"
+#include "slide_trial.h"
 
 #include <assert.h>
 #include <float.h>
@@ -15,21 +15,14 @@
 #include "mem.h"
 #include "ode.h"
 #include "reduction.h"
+#include "signals.h"
 #include "system.h"
 #include "tape.h"
 
 /* Derivatives that are looked at: at once, and where those are 0; surfaces that are decided at once. */
-enum { FIRST = 2, LAST = 5, MOST_AT_ONCE = 3 };
+enum { FIRST = 2, LAST = 5, MOST_TRIED = 3 };
 /* Of a value: what of it is not told from 0; of a differentiated variable, by the size of all: what it may move onto a slide; of rates: what is no convex combination. */
 static const double UNTOLD = 1e-9, STAYS = 1e-6, CONVEX = 1e-6, NEAR_END = 1e-6, GRAIN = 64 * DBL_EPSILON / 1e-9;   /* GRAIN: of UNTOLD, roundings */
-
-/* A mode with the derivatives of what decides in it: of the surface's function, or of the switch on a slide. */
-struct ways {
-    const struct traj_mode *mode;
-    struct num_tape *tape[2];     /* surface by surface: Taylor coefficients 0 to FIRST, to LAST */
-    struct jump jump; bool ready;
-    struct ways *next;
-};
 
 struct slide {
     struct ways *first;
@@ -58,7 +51,7 @@ void slide_free(struct slide *s)
     free(s);
 }
 
-static struct ways *ways_of(struct slide *s, const struct traj_mode *m)
+struct ways *slide_ways(struct slide *s, const struct traj_mode *m)
 {
     struct ways *w = s->first;
     while (w && w->mode != m)
@@ -97,10 +90,7 @@ static struct num_tape *tape_of(struct ways *w, int level, struct sga_error *err
     return w->tape[level] = num_tape_new(st, root, surfaces * (order + 1), inputs, m->sys->variables + 1, err);
 }
 
-/* Values of all roots at (t, x), and what of each is not told from 0. speed: by variable its derivative, or NULL. */
-struct told { double *value, *doubt; int order; };
-
-static bool tell(struct ways *w, int level, double t, const double *x, const double *speed, struct told *out, struct sga_error *err)
+bool slide_tell(struct ways *w, int level, double t, const double *x, const double *speed, struct told *out, struct sga_error *err)
 {
     const struct traj_request *rq = w->mode->rq;
     struct num_tape *tape = tape_of(w, level, err);
@@ -118,6 +108,9 @@ static bool tell(struct ways *w, int level, double t, const double *x, const dou
     in[n] = t;
     for (int k = 0; k < n; k++)
         largest = fmax(largest, fabs(x[k]));
+    struct traj_request ahead = *rq;
+    ahead.start = t;
+    signals_ahead(w->mode->sys, &ahead);
     num_tape_eval(tape, in, out->value);
     for (size_t i = 0; i < roots; i++)
         out->doubt[i] = 64 * DBL_EPSILON * fabs(out->value[i]);
@@ -129,6 +122,7 @@ static bool tell(struct ways *w, int level, double t, const double *x, const dou
             out->doubt[i] += isfinite(moved[i]) ? fabs(moved[i] - out->value[i]) : 0;
         in[k] = keep;
     }
+    signals_between(w->mode->sys, NAN, NAN);
     return true;
 }
 
@@ -147,30 +141,6 @@ static int heads_to(double shift, double factor, const struct told *v, int surfa
     }
     return 0;
 }
-
-enum way { NO_WAY, IS_WAY, BRIEF, NOT_TOLD };      /* BRIEF: a slide that is over at once: none where there is another way */
-
-/* What one choice comes to. */
-struct trial {
-    enum way way;
-    const char *what;             /* NOT_TOLD: what is not; static or the mode's */
-    struct traj_initial start; bool has_start;
-    const struct traj_mode *mode;
-};
-
-/* A surface that is asked: the point lies on it, or its side is not what other switches leave it. */
-enum { AT_IT = 1, TURNED };
-
-/* One decision. */
-struct decision {
-    struct slide *s;
-    struct jump *now; const struct traj_mode *from; const struct jump_at *at;
-    int surfaces, along;
-    double doubt;                 /* 1, or 0: derivatives are what they are */
-    double *size;                 /* of what has a derivative, by all that was tried so far: sides come before slides */
-    unsigned char *open;          /* by surface: it is asked */
-    unsigned char *other;         /* by surface that is not: it would have to be */
-};
 
 /* The switch is so near to 1 or -1, and heads there, that roundings of the place make the difference. */
 static bool is_brief(const struct decision *d, const struct told *v, int k)
@@ -192,7 +162,7 @@ static enum way stays(const struct decision *d, const struct told *v, int k, int
 static bool look(const struct decision *d, struct ways *w, const int *choice, int level, const struct traj_initial *start, struct trial *out, struct sga_error *err)
 {
     struct told v;
-    if (!tell(w, level, d->at->t, start->x, start->derivative, &v, err)) {
+    if (!slide_tell(w, level, d->at->t, start->x, start->derivative, &v, err)) {
         free(v.value);
         return false;
     }
@@ -220,8 +190,7 @@ static bool moves(const struct decision *d, const struct jump *j, const struct t
     return !(most <= STAYS * *d->size);
 }
 
-/* False: err. */
-static bool try(const struct decision *d, const int *choice, struct trial *out, struct sga_error *err)
+bool slide_try(const struct decision *d, const int *choice, struct trial *out, struct sga_error *err)
 {
     const struct traj_modes *modes = d->from->rq->modes;
     const struct traj_mode *m = modes->enter(modes->ctx, choice, d->from, d->at->t, d->at->x, err);
@@ -233,7 +202,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
         out->what = m->why;
         return true;
     }
-    struct ways *w = ways_of(d->s, m);
+    struct ways *w = slide_ways(d->s, m);
     if (!w->ready && !(w->ready = jump_init(&w->jump, m->sys, m->sol, m->rq, err)))
         return false;
     size_t n = (size_t)m->sys->variables, common = (size_t)modes->start->sys->variables;
@@ -248,6 +217,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
         return sga_budget_ok(m->rq->budget, err);
     if (moves(d, &w->jump, &out->start, x, fabs(m->rq->times[m->rq->samples - 1] - m->rq->start)))
         return true;
+    out->stays = true;
     if (!look(d, w, choice, 0, &out->start, out, err))
         return false;
     if (out->way == NOT_TOLD && !look(d, w, choice, 1, &out->start, out, err))
@@ -259,7 +229,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
     return true;
 }
 
-static void trial_clear(struct trial *t)
+void slide_trial_clear(struct trial *t)
 {
     if (t->has_start)
         traj_initial_clear(&t->start);
@@ -300,13 +270,13 @@ struct verdict {
 /* All values of the surfaces that are open. best: the way found last. */
 static bool try_all(const struct decision *d, const int *choice, struct verdict *v, int *best, struct sga_error *err)
 {
-    int open[MOST_AT_ONCE], count = 0, all = 1;
+    int open[MOST_TRIED], count = 0, all = 1;
     SGA_FREED int *mine = sga_malloc(((size_t)d->surfaces + 1) * sizeof *mine);
     *v = (struct verdict){ 0 };
     memset(d->other, 0, (size_t)d->surfaces);
     for (int k = 0; k < d->surfaces; k++)
         if (d->open[k]) {
-            assert(count < MOST_AT_ONCE);
+            assert(count < MOST_TRIED);
             open[count++] = k;
             all *= 3;
         }
@@ -316,7 +286,7 @@ static bool try_all(const struct decision *d, const int *choice, struct verdict 
         memcpy(mine, choice, (size_t)d->surfaces * sizeof *mine);
         for (int k = 0, rest = i; k < count; k++, rest /= 3)
             mine[open[k]] = rest % 3;
-        ok = sga_budget_ok(d->from->rq->budget, err) && try(d, mine, trial + i, err);
+        ok = sga_budget_ok(d->from->rq->budget, err) && slide_try(d, mine, trial + i, err);
         if (ok && trial[i].way == IS_WAY) {
             v->ways++;
             memcpy(best, mine, (size_t)d->surfaces * sizeof *mine);
@@ -330,7 +300,7 @@ static bool try_all(const struct decision *d, const int *choice, struct verdict 
     if (ok && count == 1 && v->ways == 1 && best[open[0]] == TRAJ_ALONG && !is_convex(d, trial))
         v->bent = 1;
     for (int i = 0; i < all; i++)
-        trial_clear(trial + i);
+        slide_trial_clear(trial + i);
     free(trial);
     return ok;
 }
@@ -346,7 +316,7 @@ static bool open_at_point(const struct decision *d, int *choice, struct sga_erro
 {
     struct told v;
     const struct traj_modes *modes = d->from->rq->modes;
-    bool ok = tell(ways_of(d->s, d->from), 0, d->at->t, d->at->x, NULL, &v, err);
+    bool ok = slide_tell(slide_ways(d->s, d->from), 0, d->at->t, d->at->x, NULL, &v, err);
     for (int k = 0; ok && k < d->surfaces; k++) {
         size_t at = (size_t)k * (size_t)(v.order + 1);
         bool now = d->at->fired[modes->own + 2 * k] || d->at->fired[modes->own + 2 * k + 1];
@@ -366,11 +336,17 @@ static bool decide(struct decision *d, int *choice, struct verdict *v, char *why
         int count = 0, more = 0;
         for (int k = 0; k < d->surfaces; k++)
             count += d->open[k] != 0;
-        if (count > MOST_AT_ONCE) {
-            *ok = ends(why, "the motion comes to more than three surfaces at once where switches jump: so many ways on are not told apart");
-            return true;
+        if (count > MOST_TRIED) {
+            const char *not_told = NULL;
+            memcpy(best, choice, (size_t)d->surfaces * sizeof *best);
+            memset(d->other, 0, (size_t)d->surfaces);
+            *v = (struct verdict){ 0 };
+            *ok = slide_many(d, best, &v->ways, &not_told, err);
+            if (*ok && not_told)
+                *ok = ends(why, not_told);
+        } else {
+            *ok = try_all(d, choice, v, best, err);
         }
-        *ok = try_all(d, choice, v, best, err);
         if (!*ok)
             return true;
         if (v->ways) {
@@ -426,7 +402,7 @@ bool slide_sides(struct slide *s, const struct traj_mode *m, double t, const dou
 {
     const struct traj_modes *modes = m->rq->modes;
     struct told v;
-    if (!tell(ways_of(s, m), 0, t, x, NULL, &v, err)) {
+    if (!slide_tell(slide_ways(s, m), 0, t, x, NULL, &v, err)) {
         free(v.value);
         return false;
     }
