@@ -18,6 +18,7 @@
 #include "signals.h"
 #include "system.h"
 #include "tape.h"
+#include "told.h"
 
 /* Derivatives that are looked at: at once, and where those are 0; surfaces that are decided at once. */
 enum { FIRST = 2, LAST = 5, MOST_TRIED = 3 };
@@ -44,6 +45,8 @@ void slide_free(struct slide *s)
         next = w->next;
         num_tape_free(w->tape[0]);
         num_tape_free(w->tape[1]);
+        free(w->root[0]);
+        free(w->root[1]);
         if (w->ready)
             jump_clear(&w->jump);
         free(w);
@@ -73,7 +76,7 @@ static struct num_tape *tape_of(struct ways *w, int level, struct sga_error *err
     int surfaces = m->rq->modes->surfaces, order = order_of(level);
     if (w->tape[level])
         return w->tape[level];
-    SGA_FREED expr_id *root = sga_calloc((size_t)surfaces * (size_t)(order + 1) + 1, sizeof *root);
+    expr_id *root = w->root[level] = sga_calloc((size_t)surfaces * (size_t)(order + 1) + 1, sizeof *root);
     struct expr_flow flow;
     expr_flow_init(&flow, st);
     for (int k = 0; k < m->sys->variables; k++)
@@ -102,8 +105,9 @@ bool slide_tell(struct ways *w, int level, double t, const double *x, const doub
     assert(roots == (size_t)rq->modes->surfaces * (size_t)(order + 1));       /* the coefficients of each */
     double span = fabs(rq->times[rq->samples - 1] - rq->start), largest = 0;
     SGA_FREED double *in = sga_malloc(((size_t)n + 1) * sizeof *in), *moved = sga_malloc((roots + 1) * sizeof *moved);
-    out->value = sga_calloc(2 * roots + 2, sizeof *out->value);
+    out->value = sga_calloc(3 * roots + 3, sizeof *out->value);
     out->doubt = out->value + roots + 1;
+    out->rounding = out->doubt + roots + 1;
     memcpy(in, x, (size_t)n * sizeof *in);
     in[n] = t;
     for (int k = 0; k < n; k++)
@@ -112,8 +116,10 @@ bool slide_tell(struct ways *w, int level, double t, const double *x, const doub
     ahead.start = t;
     signals_ahead(w->mode->sys, &ahead);
     num_tape_eval(tape, in, out->value);
-    for (size_t i = 0; i < roots; i++)
-        out->doubt[i] = 64 * DBL_EPSILON * fabs(out->value[i]);
+    for (size_t i = 0; i < roots; i++) {
+        out->rounding[i] = told_rounding(w->mode->sys, NULL, w->root[level][i], in);
+        out->doubt[i] = 64 * DBL_EPSILON * fabs(out->value[i]) + out->rounding[i];
+    }
     for (int k = 0; k <= n; k++) {
         double keep = in[k], size = k < n ? fmax(fmax(fabs(x[k]), fabs(rq->initial[k])), speed ? fabs(speed[k]) * span : 0) : fmax(fabs(t), span);
         in[k] = keep + UNTOLD * (size > 0 ? size : largest > 0 ? 1e-3 * largest : 1e-3);
@@ -126,6 +132,15 @@ bool slide_tell(struct ways *w, int level, double t, const double *x, const doub
     return true;
 }
 
+/* Of all that is added up in its coefficients: stands for the one that is not known. */
+static double largest_term(const struct told *v, int surface)
+{
+    double most = 0;
+    for (int i = 0; i <= v->order; i++)
+        most = fmax(most, v->rounding[(size_t)surface * (size_t)(v->order + 1) + (size_t)i] / DBL_EPSILON);
+    return most;
+}
+
 /* The sign that a function with these coefficients has just after: 0: not told. */
 static int heads_to(double shift, double factor, const struct told *v, int surface, int first, int along, double doubt)
 {
@@ -134,8 +149,9 @@ static int heads_to(double shift, double factor, const struct told *v, int surfa
         double c = factor * v->value[at] + (i ? 0 : shift);
         if (isnan(c))
             return 0;
-        /* so small that roundings of the function decide whether it comes to 0 at all: it touches 0 */
-        bool touches = first == 1 && i == 1 && c * c <= 4 * fabs(v->value[at + 1]) * GRAIN * v->doubt[at - 1];
+        /* so small that roundings of what comes before decide whether that comes to 0 at all: it touches 0 */
+        double before = i ? fmax(GRAIN * v->doubt[at - 1], v->rounding[at - 1]) : 0, next = i < v->order ? fabs(v->value[at + 1]) : largest_term(v, surface);
+        bool touches = i && c * c <= 4 * next * before;
         if (fabs(c) > doubt * v->doubt[at] && !touches)
             return (c > 0 ? 1 : -1) * (along < 0 && i % 2 ? -1 : 1);
     }
@@ -411,7 +427,7 @@ bool slide_sides(struct slide *s, const struct traj_mode *m, double t, const dou
         signed char *low = side + modes->own + 2 * k, *high = low + 1;
         double value = v.value[at], doubt = v.doubt[at];
         *low = *high = ODE_SIDE_TOLD;
-        if (m->choice[k] != TRAJ_ALONG && fabs(value) <= doubt)
+        if (m->choice[k] != TRAJ_ALONG && (fabs(value) <= doubt || (m->choice[k] == TRAJ_ABOVE) != (value > 0)))      /* beside it by dust, whose size says nothing */
             *low = m->choice[k] == TRAJ_ABOVE ? 1 : -1;
         if (m->choice[k] == TRAJ_ALONG) {
             *low = fabs(value - 1) <= doubt ? -1 : ODE_SIDE_TOLD;

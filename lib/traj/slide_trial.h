@@ -9,6 +9,7 @@ struct num_tape;
 /* A mode with the derivatives of what decides in it: of the surface's function, or of the switch on a slide. */
 struct ways {
     const struct traj_mode *mode;
+    expr_id *root[2];
     struct num_tape *tape[2];     /* surface by surface: Taylor coefficients 0 to FIRST, to LAST */
     struct jump jump; bool ready;
     struct ways *next;
@@ -18,7 +19,7 @@ struct ways {
 struct ways *slide_ways(struct slide *s, const struct traj_mode *m);
 
 /* Values of all roots at (t, x), and what of each is not told from 0. speed: by variable its derivative, or NULL. */
-struct told { double *value, *doubt; int order; };
+struct told { double *value, *doubt, *rounding; int order; };      /* rounding: of what is added up in it */
 /* By Taylor coefficients along the mode's field, 0 to out->order, surface by surface; level: 0, or 1 for more of them. out->value is the caller's to free, whatever is returned. False: err. */
 bool slide_tell(struct ways *w, int level, double t, const double *x, const double *speed, struct told *out, struct sga_error *err);
 
