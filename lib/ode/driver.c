@@ -290,11 +290,17 @@ static void swap(double **a, double **b)
     *b = c;
 }
 
+double ode_errors(const struct ode_march *m)
+{
+    return m->errors + (m->method->implicit ? fmax(1, m->step.error) : m->step.error);
+}
+
 static void commit(struct ode_march *m, double h, int through)
 {
     struct ode_stats *s = &m->res->stats;
     assert(m->step.h * m->direction > 0);       /* it may be shorter than asked for, and does not turn round */
     s->steps++;
+    m->errors = ode_errors(m);
     s->smallest_step = s->smallest_step > 0 ? sga_smaller(s->smallest_step, h) : h;
     s->largest_step = sga_larger(s->largest_step, h);
     s->implicit_steps += m->method->implicit;
