@@ -4,9 +4,10 @@ Random systems of two to four variables with one or two relays, linear between t
 the relays' arguments). The motion along surfaces is held against SciPy's Radau on the same system with each relay as a steep tanh: in the limit that is
 Filippov's motion (along one surface; along two it is that of the relays as unknowns). Each is asked for again with its relays spelt otherwise, and those
 that differ in their start only, or in a parameter, as the sets of one sweep. Chains of blocks with dry friction that are at rest begin on four to eight
-surfaces at once, in two dimensions with mass matrices. SGA_TEST_SEED, SGA_TEST_SCALE."""
+surfaces at once, with mass matrices. Some are asked for in double-double, and again tighter. SGA_TEST_SEED, SGA_TEST_SCALE."""
 import random
 import sys
+from fractions import Fraction
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -137,8 +138,22 @@ def swept(tally, solver, label, relays, rng):
                         f"{label}: a set of a sweep is what it is alone", (request, sets, wrong or a, refused or b))
 
 
+def fine(tally, solver, label, relays, double):
+    """Double-double against double, and against itself at tighter tolerances."""
+    rows = []
+    for tol in (1e-17, 1e-21):
+        result, wrong = solver.solve({**relays.request(SPELT[0]), "accuracy": {"rtol": tol, "atol": tol, "arithmetic": "double-double"}})
+        t = result and result["trajectory"]
+        if not tally.check(t and t["ended"] is None and t["arithmetic"] == "double-double", f"{label}: in double-double", wrong or t["ended"]):
+            return 0
+        rows.append(([[Fraction(getattr(v, "text", str(v))) for v in row[1:]] for row in t["rows"]], t["errors"], len(t["slides"])))
+    apart = [max(float(abs(a - b)) for a, b in zip(p, q)) for p, q in zip(rows[0][0], rows[1][0])]
+    tally.check((np.abs(np.array(rows[1][0], dtype=float) - double[0]) <= 2 * double[1] + 1e-12).all() and double[2] == rows[0][2] == rows[1][2], f"{label}: as in double", (rows[1][0], double))
+    return sum(a <= e for a, e in zip(apart, rows[0][1])) / len(apart)
+
+
 def main():
-    tally, solver, slides = Tally("slides"), Solver(build_folder()), 0
+    tally, solver, slides, held = Tally("slides"), Solver(build_folder()), 0, []
     rng = random.Random(seed(20261125))
     for n in range(scaled(40)):
         relays = Relays(rng)
@@ -146,9 +161,12 @@ def main():
         b = one(tally, solver, f"relays {n}, spelt otherwise", relays, rng.choice(SPELT[1:]))
         if n % 4 == 0:
             swept(tally, solver, f"relays {n}", relays, rng)
+        if a and n % 4 == 1:
+            held.append(fine(tally, solver, f"relays {n}", relays, a))
         if a and b:
             slides += a[2]
             tally.check(a[2] == b[2] and (np.abs(a[0] - b[0]).max(axis=0) <= 2 * (a[1] + b[1]) + 1e-9).all(), f"relays {n}: the same however spelt", (a, b))
+    tally.check(sum(held) >= 0.9 * len(held), "errors in double-double hold", held)
     for n in range(scaled(8)):
         a = one(tally, solver, f"blocks {n}", Blocks(rng), SPELT[0])
         tally.check(a and a[2] >= 4, f"blocks {n}: they stick at first", a)

@@ -16,7 +16,7 @@ static const char *beyond_plain(const struct request *r)
     const struct request_trajectory *t = &r->trajectory;
     return t->integrals ? "the drift of integrals"
         : !strcmp(r->form, "operator") ? "the form operator"
-        : r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL ? "arithmetics other than double"
+        : r->accuracy.arithmetic == REQUEST_BALL ? "ball arithmetic"
         : NULL;
 }
 
@@ -40,6 +40,8 @@ static bool check_sets(struct job *j)
         what = "modes and solved strata";
     else if (r->tables)
         what = "tables";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE)
+        what = "double-double arithmetic";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);

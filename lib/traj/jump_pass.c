@@ -6,6 +6,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "crossing.h"
+#include "jump_exact.h"
 #include "jump_slope.h"
 #include "jump_turn.h"
 #include "ode.h"
@@ -160,6 +161,8 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
         *ok = turn(p, q, s, &at, tighter, err);
+        if (*ok && !s->why[0])
+            jump_exact_next(q, &s->j, piece);
         if (*ok && s->why[0]) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
@@ -209,6 +212,7 @@ static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         q->q.given = q->given;
         q->q.held = q->held;
         memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->modes->own);
+        jump_exact_start(q, rq);
     }
     traj_initial_clear(&start);
     return ok;
@@ -273,6 +277,8 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
     p->r.t = sga_calloc(rows + 1, sizeof(double));
     p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
+    if (jump_is_exact(rq))
+        p->r.digits = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.digits);
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
     bool ok = turn_init(&s, first, err), more = ok;
     if ((rq->modes && !slide_any(rq)) || rq->mass)
@@ -299,7 +305,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         jump_join(p, &q, &piece);
         jump_note_switches(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = jump_direction(rq);
-        more = ok && ((!s.j.slope && pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t)) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
+        more = ok && ((!s.j.slope && !jump_is_exact(rq) && pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t)) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
         while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
@@ -312,6 +318,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         q.q.initial = q.x;
         q.q.given = q.given;
         q.q.held = q.held;
+        jump_exact_times(&q, rq, done);
     }
     if (!ok && p->r.initial && keeps_rows(p, rq, err)) {        /* in what a mode needs */
         *err = (struct sga_error){ 0 };
