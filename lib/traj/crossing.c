@@ -33,7 +33,7 @@ static const double FALLS = 0.5;
 /* Iterations have come to an end within this part of the tolerances; what agrees does so within so many of them. */
 static const double SETTLED = 1e-3, STILL = 0.3, AGREES = 1;
 /* Roundings near the place, by the largest values: tolerances below are not looked for. */
-static const double FLOOR = 4e-12;
+static const double FLOOR = 4e-12, PAST = 1e-14;
 
 /* Nearer to the place than this part of half a step points are not moved onto the constraints, which tell too little of them there. */
 static const double MIDDLE = 0.05;
@@ -217,6 +217,10 @@ static bool past_make(struct past *p, const struct way *w, const struct sys_syst
     q.beside = NULL;
     q.event_side = NULL;
     q.arithmetic = TRAJ_DOUBLE;
+    q.exact_start = EXPR_UNDEF;
+    q.exact_initial = q.exact_time = NULL;
+    q.rtol = fmax(q.rtol, PAST);        /* of a request in longer numbers */
+    q.atol = fmax(q.atol, PAST);
     q.single = true;
     q.ends_there = true;
     return traj_run(sys, sol, &q, &p->r, &ignored);

@@ -6,6 +6,7 @@
 #include <flint/fmpq.h>
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "dd.h"
@@ -32,8 +33,7 @@ static void add_double(fmpq_t sum, double x)
     arf_clear(d);
 }
 
-/* The rational that a text of digits rounds to in double-double; NULL: that of the double beside it. */
-static expr_id constant(struct expr_store *st, const char *digits, double about)
+expr_id jump_exact_constant(struct expr_store *st, const char *digits, double about)
 {
     fmpq_t sum;
     num_dd x = digits ? num_dd_parse(digits) : num_dd_of(about);
@@ -58,7 +58,7 @@ static expr_id instant(const struct jump *j, const char *digits, double about)
         if (fabs(num_dd_sub(num_dd_of_fmpq(k.knot + i), t).hi) <= 16 * NUM_DD_EPSILON * fabs(t.hi))
             e = expr_fmpq(j->sys->store, k.knot + i);
     knots_clear(&k);
-    return e ? e : constant(j->sys->store, digits, about);
+    return e ? e : jump_exact_constant(j->sys->store, digits, about);
 }
 
 void jump_exact_times(struct jump_piece *q, const struct traj_request *rq, int done)
@@ -70,9 +70,9 @@ void jump_exact_times(struct jump_piece *q, const struct traj_request *rq, int d
 
 void jump_exact_start(struct jump_piece *q, const struct traj_request *rq)
 {
-    int n = rq->modes->start->sys->variables;
     if (!q->exact)
         return;
+    int n = rq->modes ? rq->modes->start->sys->variables : q->n;
     assert(rq->exact_time && rq->exact_initial);
     q->exact_start = rq->exact_start;
     memset(q->given, 0, (size_t)q->n);
@@ -97,7 +97,18 @@ void jump_exact_next(struct jump_piece *q, const struct jump *j, const struct tr
         if (!j->moving[k] && j->bound[k])
             continue;
         q->given[k] = 1;
-        q->exact[k] = constant(j->sys->store, digits[1 + from + (size_t)k], value[from + (size_t)k]);
+        q->exact[k] = jump_exact_constant(j->sys->store, digits[1 + from + (size_t)k], value[from + (size_t)k]);
+    }
+}
+
+void jump_exact_place(struct jump_piece *q, struct expr_store *st, double t, const unsigned char *given, const struct num_dd *x)
+{
+    q->exact_start = jump_exact_constant(st, NULL, t);
+    memcpy(q->given, given, (size_t)q->n);
+    for (int k = 0; k < q->n; k++) {
+        char *digits = num_dd_text(x[k], NUM_DD_DIGITS);
+        q->exact[k] = given[k] ? jump_exact_constant(st, digits, x[k].hi) : EXPR_UNDEF;
+        free(digits);
     }
 }
 

@@ -184,7 +184,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     double tighter = 1, worst = INFINITY, before;
     bool late;
     *r = (struct traj_result){ 0 };
-    if (rq->arithmetic == TRAJ_BALL || (jump_is_exact(rq) && !slide_any(rq)))
+    if (rq->arithmetic == TRAJ_BALL || (jump_is_exact(rq) && jumps_any(rq) && !slide_any(rq)))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
     if (rq->single) {
         bool ok = jump_pass_run(&p, sys, sol, rq, tighter, 0, err);
