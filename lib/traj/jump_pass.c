@@ -14,9 +14,6 @@
 #include "slide.h"
 #include "tolerance.h"
 
-/* Events that set in one motion. */
-enum { MOST_JUMPS = JUMP_MOST };
-
 /* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. */
 static bool fired_at_end(const struct traj_request *rq, const struct jump_piece *q, const struct traj_result *piece, unsigned char *fired, signed char *crossing)
 {
@@ -127,11 +124,11 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
             snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s", s->why);
         }
         more = *ok && !s->why[0] && !jump_accumulates(p, rq);
-        if (more && p->jumps >= MOST_JUMPS) {
+        if (more && p->jumps >= JUMP_MOST) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
             p->r.ended_reason = ode_reason_text(ODE_STEP_LIMIT);
-            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%d events that set variables have happened, as many as are followed", MOST_JUMPS);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%d events that set variables have happened, as many as are followed", JUMP_MOST);
             more = false;
         }
     }
