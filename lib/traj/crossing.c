@@ -383,7 +383,7 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
     size_t n = (size_t)sys->variables;
     double stop = rq->times[rq->samples - 1];
     *c = (struct crossing){ 0 };
-    if (sol->free_columns || !sol->constraints || rq->rates || n > SGA_MOST_ROWS_ASKED || stop == at || at == rq->start)
+    if (!sol->constraints || n > SGA_MOST_ROWS_ASKED || stop == at || at == rq->start)
         return false;
     struct way w = { .f = sga_calloc(1, sizeof *w.f), .rq = rq, .at = at, .half = FIRST * (at - rq->start) };
     if (fabs(w.half) > fabs(stop - at))
