@@ -20,6 +20,7 @@
 enum { STAGES = 24, FEWER = 19, TURNS = 150, LENGTHS = 6 };
 /* By the sizes of variables: iterations have come to an end; what agrees with double; roundings that are left, which the nearness of the place makes larger. */
 static const double SETTLED = 1e-30, DOUBLE = 1e-8, GRAIN = 1e-29;
+static const double STILL = 1e-3;                     /* of what the tolerances allow: iterations may leave it, where roundings keep them from settling */
 static const double SHRINK = 0.5, MIDDLE = 0.02;      /* MIDDLE: of half a step, nearer to the place points are not moved onto the constraints */
 
 /* One step: points (stages x n) of this formula. */
@@ -53,13 +54,19 @@ static num_dd time_of(const struct crossing_fine *f, num_dd part)
     return num_dd_add_d(num_dd_mul(part, num_dd_sub(num_dd_of(f->to), num_dd_of(f->from))), f->from);
 }
 
+/* What the tolerances allow of the variable that is smallest against its unit. */
+static double allowed(const struct traj_request *rq)
+{
+    return fmax(0.1 * (rq->rtol + rq->atol), 16 * GRAIN);
+}
+
 /* The points by iteration, from those in double. */
 static bool collocate(struct crossing_fine *f, const struct crossing *c, struct attempt *a)
 {
     size_t n = (size_t)f->p.n;
     int s = a->formula->s;
     num_dd h = num_dd_sub(num_dd_of(f->to), num_dd_of(f->from));
-    double moved = INFINITY, ignored[2];
+    double moved = INFINITY, still = fmax(16 * GRAIN, STILL * allowed(f->p.rq)), ignored[2];
     num_dd *v = sga_malloc(((size_t)s + 1) * (n + 1) * sizeof *v), *y = v + (size_t)s * n;
     double *start = sga_malloc((n + 1) * sizeof *start);
     bool ok = true;
@@ -84,11 +91,11 @@ static bool collocate(struct crossing_fine *f, const struct crossing *c, struct 
             moved = fmax(moved, apart(f, y, a->x + (size_t)i * n));
             memcpy(a->x + (size_t)i * n, y, n * sizeof *y);
         }
-        ok = ok && isfinite(moved) && !(turn > 8 && moved > 2 * before && moved > GRAIN);
-        if (moved <= 16 * GRAIN && moved > 0.5 * before)
+        ok = ok && isfinite(moved) && !(turn > 8 && moved > 2 * before && moved > still);
+        if (moved <= still && moved > 0.5 * before)
             break;            /* roundings */
     }
-    ok = ok && moved <= 16 * GRAIN;
+    ok = ok && moved <= still;
     free(v);
     free(start);
     return ok;
@@ -165,12 +172,6 @@ static void enter_tables(struct crossing_fine *f)
         piece++;
     if (f->p.knots.tables)
         knots_enter(&f->p.knots, piece);
-}
-
-/* What the tolerances allow of the variable that is smallest against its unit. */
-static double allowed(const struct traj_request *rq)
-{
-    return fmax(0.1 * (rq->rtol + rq->atol), 16 * GRAIN);
 }
 
 bool crossing_fine_find(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const struct crossing *c, struct crossing_fine *f)

@@ -9,6 +9,7 @@
 #include "mem.h"
 #include "slide.h"
 #include "system.h"
+#include "tolerance.h"
 
 /* Intervals of no time before they are said to have no end. */
 enum { AT_ONCE = 3 };
@@ -28,6 +29,13 @@ void jump_pass_clear(struct jump_pass *p)
     *p = (struct jump_pass){ 0 };
 }
 
+double jump_over_error(const struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece, double value, int column)
+{
+    if (!(p->over > 0 || p->over_fine > 0))
+        return 0;
+    return p->over * sga_allowed((struct sga_tolerance){ q->q.rtol, q->q.atol }, piece->unit ? piece->unit[column] : 1, value) + p->over_fine * fmax(1, fabs(value));
+}
+
 /* Rows and happenings of a piece are added. */
 void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece)
 {
@@ -42,7 +50,7 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
             piece->digits[(size_t)i * wide + k] = NULL;
         }
         for (size_t k = 0; k < columns; k++)
-            each[k] = piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY;
+            each[k] = (piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY) + jump_over_error(p, q, piece, value[k], (int)k);
     }
     if (happened + 1 > p->happening_room) {
         p->happening_room = 2 * happened + 1;

@@ -11,7 +11,6 @@
 #include "jump_set.h"
 #include "mem.h"
 #include "system.h"
-#include "tolerance.h"
 
 /* The place passed, as the answer says it. */
 static void add_passed(struct traj_result *r, const struct traj_result *piece, double t)
@@ -36,6 +35,7 @@ static bool over_exactly(struct jump_pass *p, struct jump_piece *q, const struct
         return false;
     num_dd *x = sga_malloc((n + 1) * sizeof *x), *y = sga_malloc(((size_t)q->q.outputs + n + 1) * sizeof *y);
     unsigned char *given = sga_calloc(n + 1, 1);
+    p->over_fine += f.error;
     jump_cut(p, f.from, direction);
     for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - f.to) <= 0; i++, r->rows++) {
         crossing_fine_at(&f, rq->times[i], x, y);
@@ -43,7 +43,7 @@ static bool over_exactly(struct jump_pass *p, struct jump_piece *q, const struct
         for (size_t k = 0; k < columns; k++) {
             r->value[(size_t)i * columns + k] = y[k].hi;
             r->digits[(size_t)i * columns + k] = num_dd_text(y[k], NUM_DD_DIGITS);
-            p->each[(size_t)i * columns + k] = f.error * fmax(1, fabs(y[k].hi));
+            p->each[(size_t)i * columns + k] = jump_over_error(p, q, piece, y[k].hi, (int)k);
         }
     }
     crossing_fine_at(&f, f.to, x, NULL);
@@ -78,6 +78,7 @@ bool jump_over(struct jump_pass *p, struct jump_piece *q, const struct jump *j, 
         return over;
     }
     double *x = sga_malloc((size_t)(c.n + 1) * sizeof *x), *y = sga_malloc((size_t)(q->q.outputs + 1) * sizeof *y);
+    p->over += c.error;
     while (r->rows && direction * (r->t[r->rows - 1] - c.from) > 0)
         r->rows--;
     for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - c.to) <= 0; i++, r->rows++) {
@@ -85,7 +86,7 @@ bool jump_over(struct jump_pass *p, struct jump_piece *q, const struct jump *j, 
         r->t[i] = rq->times[i];
         for (size_t k = 0; k < columns; k++) {
             r->value[(size_t)i * columns + k] = y[k];
-            p->each[(size_t)i * columns + k] = c.error * sga_allowed((struct sga_tolerance){ q->q.rtol, q->q.atol }, piece->unit ? piece->unit[k] : 1, y[k]);
+            p->each[(size_t)i * columns + k] = jump_over_error(p, q, piece, y[k], (int)k);
         }
     }
     memcpy(q->x, c.end, (size_t)c.n * sizeof *q->x);

@@ -18,6 +18,8 @@
 /* Motions that are compared at the most, and the steps by which the tolerances shrink; what is set is wrong by so much in the looser motion. */
 enum { MOST_PASSES = 4 };
 static const double TIGHTER = 0.1, WRONG = 4 * DBL_EPSILON;
+/* Beyond a singular position, where a piece's own estimate says nothing of how it came there: times the difference of the two motions. */
+static const double OVER = 4;
 
 bool jumps_any(const struct traj_request *rq)
 {
@@ -63,7 +65,7 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     r->column_error = sga_calloc((size_t)columns + 1, sizeof(double));
     r->error_estimate = 0;
     for (int i = 0; i < r->rows; i++) {
-        bool there = i < o->rows && direction * r->t[i] < known;
+        bool there = i < o->rows && direction * r->t[i] < known, over = r->passes && direction * (r->t[i] - r->passed[0].t) > 0;
         while (jumped < p->jumps && direction * (p->at[jumped] - r->t[i]) <= 0)
             jumped++;
         for (int k = 0; k < columns; k++) {
@@ -71,7 +73,7 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
             largest[k] = sga_larger(largest[k], fabs(r->value[at]));
             /* each piece begins with roundings of what the values there are, and both motions may have them alike */
             double rounding = 4 * jump_epsilon(r) * (fabs(r->value[at]) + jumped * largest[k]);
-            double e = there ? jump_difference(r, o, at) + p->each[at] + rounding : INFINITY;
+            double e = there ? (over ? OVER : 1) * jump_difference(r, o, at) + p->each[at] + rounding : INFINITY;
             p->each[at] = isnan(e) ? INFINITY : e;
         }
     }
