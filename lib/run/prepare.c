@@ -15,9 +15,8 @@ static const char *beyond_plain(const struct request *r)
 {
     const struct request_trajectory *t = &r->trajectory;
     return t->integrals ? "the drift of integrals"
-        : r->tables ? "tables"
         : !strcmp(r->form, "operator") ? "the form operator"
-        : r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL ? "arithmetics other than double"
+        : r->accuracy.arithmetic == REQUEST_BALL ? "ball arithmetic"
         : NULL;
 }
 
@@ -39,6 +38,10 @@ static bool check_sets(struct job *j)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
+    else if (r->tables)
+        what = "tables";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE)
+        what = "double-double arithmetic";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
@@ -58,8 +61,6 @@ static bool check_sliding(struct job *j)
         sets |= t->event[e].sets > 0;
     if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT))
         what = "tradeoff or fit";
-    else if (r->sweeps)
-        what = "a sweep";
     else if (sets || r->modes)
         what = "modes and events that set variables";
     else if (t->conditions || t->rates)

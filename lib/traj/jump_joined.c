@@ -4,10 +4,12 @@
 #include <assert.h>
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "mem.h"
 #include "slide.h"
 #include "system.h"
+#include "tolerance.h"
 
 /* Intervals of no time before they are said to have no end. */
 enum { AT_ONCE = 3 };
@@ -27,8 +29,15 @@ void jump_pass_clear(struct jump_pass *p)
     *p = (struct jump_pass){ 0 };
 }
 
+double jump_over_error(const struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece, double value, int column)
+{
+    if (!(p->over > 0 || p->over_fine > 0))
+        return 0;
+    return p->over * sga_allowed((struct sga_tolerance){ q->q.rtol, q->q.atol }, piece->unit ? piece->unit[column] : 1, value) + p->over_fine * fmax(1, fabs(value));
+}
+
 /* Rows and happenings of a piece are added. */
-void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece)
+void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece)
 {
     struct traj_result *r = &p->r;
     size_t columns = (size_t)q->columns, wide = (size_t)piece->columns, happened = (size_t)(r->happened + piece->happened);
@@ -36,18 +45,28 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct tra
         double *value = r->value + (size_t)r->rows * columns, *each = p->each + (size_t)r->rows * columns;
         r->t[r->rows] = piece->t[i];
         memcpy(value, piece->value + (size_t)i * wide, columns * sizeof *value);
+        for (size_t k = 0; k < columns && r->digits && piece->digits; k++) {
+            r->digits[(size_t)r->rows * columns + k] = piece->digits[(size_t)i * wide + k];
+            piece->digits[(size_t)i * wide + k] = NULL;
+        }
         for (size_t k = 0; k < columns; k++)
-            each[k] = piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY;
+            each[k] = (piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY) + jump_over_error(p, q, piece, value[k], (int)k);
     }
     if (happened + 1 > p->happening_room) {
         p->happening_room = 2 * happened + 1;
         r->happening = sga_realloc(r->happening, p->happening_room * sizeof *r->happening);
         r->happened_value = sga_realloc(r->happened_value, p->happening_room * (columns + 1) * sizeof *r->happened_value);
+        if (r->digits)
+            r->happened_digits = sga_realloc(r->happened_digits, p->happening_room * (columns + 1) * sizeof *r->happened_digits);
     }
     for (int i = 0; i < piece->happened; i++, r->happened++) {
         r->happening[r->happened] = piece->happening[i];
         r->happening[r->happened].event = q->whole[piece->happening[i].event];
         memcpy(r->happened_value + (size_t)r->happened * columns, piece->happened_value + (size_t)i * wide, columns * sizeof(double));
+        for (size_t k = 0; k <= columns && r->happened_digits; k++) {
+            const char *digits = piece->happened_digits ? piece->happened_digits[(size_t)i * (wide + 1) + k] : NULL;
+            r->happened_digits[(size_t)r->happened * (columns + 1) + k] = digits ? strcpy(sga_malloc(strlen(digits) + 1), digits) : NULL;
+        }
     }
     r->residual = fmax(r->residual, piece->residual);
     r->steps += piece->steps;
@@ -66,10 +85,17 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct tra
 /* Nothing is said beyond t. */
 void jump_cut(struct jump_pass *p, double t, double direction)
 {
-    while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0)
+    size_t columns = (size_t)p->r.columns;
+    while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0) {
         p->r.happened--;
-    while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0)
+        for (size_t k = 0; k <= columns && p->r.happened_digits; k++)
+            free(p->r.happened_digits[(size_t)p->r.happened * (columns + 1) + k]);
+    }
+    while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0) {
         p->r.rows--;
+        for (size_t k = 0; k < columns && p->r.digits; k++)
+            free(p->r.digits[(size_t)p->r.rows * columns + k]);
+    }
     while (p->r.legs && direction * (p->r.leg[p->r.legs - 1].t - t) > 0)
         free(p->r.leg[--p->r.legs].impulse);
     while (p->r.slides && direction * (p->r.slide[p->r.slides - 1].from - t) > 0)
@@ -134,9 +160,12 @@ void jump_add_leg(struct jump_pass *p, double t, int mode, const char *how, doub
     p->r.leg[p->r.legs++] = (struct traj_leg){ .t = t, .mode = mode, .how = how, .moved = moved, .impulse = impulse, .coordinates = coordinates };
 }
 
-/* Values of switches of slides from a list of all variables. */
+/* Values of switches of slides from a list of all variables. One that jumped past its ends, with a table, has left its slide. */
 static void widen(struct traj_result *r, int surface, double value)
 {
+    static const double JUST = 1e-6;
+    if (fabs(value) > 1 + JUST)
+        return;
     for (int i = r->slides - 1; i >= 0; i--)
         if (r->slide[i].surface == surface && isnan(r->slide[i].to)) {
             r->slide[i].least = fmin(r->slide[i].least, value);

@@ -14,6 +14,7 @@ struct jump_pass {
     double *at; int jumps, room;  /* times of events that set */
     int *count;                   /* by event: how often it did */
     double end_error;             /* of an accumulation's time */
+    double over, over_fine;       /* errors of steps over singular positions, which all passes may have alike: in units of the tolerances, by the sizes of values */
     double direction;             /* of the motion in time: 1 or -1 */
     size_t leg_room, slide_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
@@ -21,8 +22,10 @@ struct jump_pass {
 };
 
 void jump_pass_clear(struct jump_pass *p);
-/* What a piece has found, behind that of the pieces before. */
-void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece);
+/* What a piece has found, behind that of the pieces before; its samples' digits are taken over. */
+void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece);
+/* What those steps may have done to a value of this column. */
+double jump_over_error(const struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece, double value, int column);
 /* Nothing is said beyond t. */
 void jump_cut(struct jump_pass *p, double t, double direction);
 /* Whether the times of events that set have a limit: then the motion ends there. */

@@ -7,16 +7,20 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "jump_exact.h"
 #include "jump_pass.h"
 #include "larger.h"
 #include "mem.h"
 #include "ode.h"
 #include "rows_kept.h"
+#include "slide.h"
 #include "tolerance.h"
 
 /* Motions that are compared at the most, and the steps by which the tolerances shrink; what is set is wrong by so much in the looser motion. */
 enum { MOST_PASSES = 4 };
 static const double TIGHTER = 0.1, WRONG = 4 * DBL_EPSILON;
+/* Beyond a singular position, where a piece's own estimate says nothing of how it came there: times the difference of the two motions. */
+static const double OVER = 4;
 
 bool jumps_any(const struct traj_request *rq)
 {
@@ -62,15 +66,15 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     r->column_error = sga_calloc((size_t)columns + 1, sizeof(double));
     r->error_estimate = 0;
     for (int i = 0; i < r->rows; i++) {
-        bool there = i < o->rows && direction * r->t[i] < known;
+        bool there = i < o->rows && direction * r->t[i] < known, over = r->passes && direction * (r->t[i] - r->passed[0].t) > 0;
         while (jumped < p->jumps && direction * (p->at[jumped] - r->t[i]) <= 0)
             jumped++;
         for (int k = 0; k < columns; k++) {
             size_t at = (size_t)i * (size_t)columns + (size_t)k;
             largest[k] = sga_larger(largest[k], fabs(r->value[at]));
             /* each piece begins with roundings of what the values there are, and both motions may have them alike */
-            double rounding = 4 * DBL_EPSILON * (fabs(r->value[at]) + jumped * largest[k]);
-            double e = there ? fabs(r->value[at] - o->value[at]) + p->each[at] + rounding : INFINITY;
+            double rounding = 4 * jump_epsilon(r) * (fabs(r->value[at]) + jumped * largest[k]);
+            double e = there ? (over ? OVER : 1) * jump_difference(r, o, at) + p->each[at] + rounding : INFINITY;
             p->each[at] = isnan(e) ? INFINITY : e;
         }
     }
@@ -91,7 +95,7 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     }
     for (int i = 0; i < r->happened; i++) {
         struct traj_happening *h = r->happening + i;
-        h->error = i < same ? fabs(h->t - o->happening[i].t) + (isfinite(h->error) ? h->error : 0) + 4 * DBL_EPSILON * fabs(h->t) : INFINITY;
+        h->error = i < same ? jump_time_difference(r, i, o, i) + (isfinite(h->error) ? h->error : 0) + 4 * jump_epsilon(r) * fabs(h->t) : INFINITY;
         if (i < same && !rq->event[h->event].turns)      /* of those slides say it, and what it does to the motion is in the samples */
             worst = fmax(worst, sga_error_ratio(h->error, asked, 1, h->t));
     }
@@ -118,8 +122,13 @@ static void drop_turns(struct traj_result *r, const struct traj_request *rq)
 {
     int kept = 0;
     for (int i = 0; i < r->happened; i++) {
+        size_t wide = (size_t)r->columns + 1;
+        for (size_t k = 0; k < wide && r->happened_digits && rq->event[r->happening[i].event].turns; k++)
+            free(r->happened_digits[(size_t)i * wide + k]);
         if (rq->event[r->happening[i].event].turns)
             continue;
+        if (r->happened_digits)
+            memmove(r->happened_digits + (size_t)kept * wide, r->happened_digits + (size_t)i * wide, wide * sizeof *r->happened_digits);
         r->happening[kept] = r->happening[i];
         memmove(r->happened_value + (size_t)kept * (size_t)r->columns, r->happened_value + (size_t)i * (size_t)r->columns, (size_t)r->columns * sizeof(double));
         kept++;
@@ -151,7 +160,7 @@ static bool first_pass(struct jump_pass *loose, const struct sys_system *sys, co
 {
     *part = *rq;
     part->rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
-    if (!jump_pass_run(loose, sys, sol, part, 1, WRONG, err))
+    if (!jump_pass_run(loose, sys, sol, part, 1, jump_is_exact(rq) ? 0 : WRONG, err))
         return false;
     part->rows_until = rows_are_kept(rq) ? rq->rows_until : 0;
     *late = jump_time_ended(&loose->r);
@@ -178,7 +187,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     double tighter = 1, worst = INFINITY, before;
     bool late;
     *r = (struct traj_result){ 0 };
-    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
+    if (rq->arithmetic == TRAJ_BALL || (jump_is_exact(rq) && jumps_any(rq) && !slide_any(rq)))
         return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
     if (rq->single) {
         bool ok = jump_pass_run(&p, sys, sol, rq, tighter, 0, err);

@@ -1,0 +1,89 @@
+"""Linkages through their change-over points, against mpmath: change_over_check.py BUILD_DIR
+
+Random four-bars whose shortest and longest links are together as long as the others: once in a turn all lie on a line, where another branch begins. Crank by an equation, or
+by a rate that is asked for; in double and in double-double, forwards and backwards. Positions after it are held against the zero of the closure equations in
+40 digits next to the answer, which must be the same branch: on the analytic curve the coupler comes to the other side of the diagonal. A motion may also end there, and say why, but
+no more than one in ten. SGA_TEST_SEED, SGA_TEST_SCALE."""
+import cmath
+import math
+import random
+import sys
+
+import mpmath as mp
+
+from solver import Solver
+from tally import Tally, build_folder, scaled, seed
+
+
+class FourBar:
+    def __init__(self, rng):
+        while True:
+            a, b, c = round(rng.uniform(0.5, 1.2), 2), round(rng.uniform(1.5, 3), 2), round(rng.uniform(1.2, 2.5), 2)
+            folds = rng.random() < 0.5
+            d = round(b + c - a if folds else a + b - c, 2)
+            z = d - a * cmath.exp(1j)
+            if d > 0 and abs(b - c) < abs(z) < b + c:
+                break
+        self.lengths = (a, b, c, d)
+        turn = math.acos((b * b + abs(z) ** 2 - c * c) / (2 * b * abs(z))) * rng.choice([1, -1])
+        self.B = cmath.phase(z) + turn
+        self.C = cmath.phase(a * cmath.exp(1j) + b * cmath.exp(1j * self.B) - d)
+        self.rows, self.sense = rng.choice([(1, 0, 0, 1), (0.6, 0.8, -0.8, 0.6), (1, 2, 3, 4)]), rng.choice([1, 1, -1])
+        self.place = {(1, True): math.pi, (1, False): 2 * math.pi, (-1, True): -math.pi, (-1, False): 0}[self.sense, folds]
+
+    def request(self, rate):
+        a, b, c, d = self.lengths
+        closure = f"({a}*cos(A) + {b}*cos(B) - {d} - {c}*cos(C))", f"({a}*sin(A) + {b}*sin(B) - {c}*sin(C))"
+        equations = [f"({p})*{closure[0]} + ({q})*{closure[1]} = 0" for p, q in (self.rows[:2], self.rows[2:])]
+        times = [1, 1 + 0.5 * self.sense] + [round(self.place + self.sense * v, 2) for v in (0.3, 0.7, 1.1)]
+        return {"system": {"form": "equations", "variables": ["A", "B", "C"], "equations": ([] if rate else ["A' = 1"]) + equations}, "want": ["trajectory"], "limits": {"seconds": 60},
+                "trajectory": {"start": 1, "times": times, "initial": {"A": 1, "B": self.B, "C": self.C}, "hold": ["A"], **({"gauge": {"rates": {"A": "1"}}} if rate else {})}}
+
+    def exact(self, A, B, C):
+        """The position at A nearest to B, C."""
+        a, b, c, d = (mp.mpf(str(v)) for v in self.lengths)
+        return mp.findroot(lambda p, q: (a * mp.cos(A) + b * mp.cos(p) - d - c * mp.cos(q), a * mp.sin(A) + b * mp.sin(p) - c * mp.sin(q)), (B, C))
+
+    def follows(self, row):
+        """Of the two positions at A that of the motion's side: the coupler keeps its sense against the diagonal, but for each pass, where it changes."""
+        a, b, _, d = self.lengths
+        return math.sin(row[2] - cmath.phase(d - a * cmath.exp(1j * row[1])))
+
+
+def check(tally, solver, label, bar, rate, accuracy):
+    """How many errors there were, and how many were told."""
+    answer, wrong = solver.solve({**bar.request(rate), "accuracy": accuracy})
+    t = answer and answer["trajectory"]
+    end = t and t["ended"]
+    if not tally.check(t and (end is None and len(t.get("passed", [])) == 1 or end and end["reason"] in ("stratum", "gauge_contradiction") and abs(end["t"] - bar.place) < 1e-4),
+                       f"{label}: passes its change-over point and says so, or ends there", wrong or (end, t.get("passed"), bar.request(rate))) or end:
+        return 0, 0
+    held = 0
+    for row, told in zip(t["rows"], t["errors"]):
+        v = [mp.mpf(getattr(x, "text", str(x))) for x in row]
+        B, C = bar.exact(v[0], v[2], v[3])
+        held += max(abs(v[1] - v[0]), abs(v[2] - B), abs(v[3] - C)) <= told
+    side = [bar.follows([float(x) for x in row]) for row in t["rows"]]
+    tally.check(side[0] * side[1] > 0 > side[0] * side[2] and side[2] * side[3] > 0, f"{label}: its own curve, which leaves the line on the other side", (side, bar.request(rate)))
+    return held, len(t["rows"])
+
+
+def main():
+    mp.mp.dps = 40
+    tally, solver, rng, held, rows, asked = Tally("change-over points"), Solver(build_folder()), random.Random(seed(20261126)), 0, 0, 0
+    for n in range(scaled(24)):
+        bar = FourBar(rng)
+        for rate in (False, True):
+            for accuracy in ({"rtol": rng.choice([1e-6, 1e-9])}, {"rtol": rng.choice([1e-6, 1e-9]), "method": rng.choice(["taylor", "dop853", "tsit5", "radau"])},
+                             {"rtol": 1e-16, "atol": 1e-16, "arithmetic": "double-double"}):
+                asked += 5
+                h, r = check(tally, solver, f"four-bar {n}, {'rate, ' if rate else ''}{accuracy}", bar, rate, accuracy)
+                held, rows = held + h, rows + r
+    tally.check(held >= 0.95 * rows, "errors hold", (held, rows))
+    tally.check(rows >= 0.9 * asked, "nearly all pass", (rows, asked))
+    print(f"{rows} positions, errors hold for {held}")
+    return tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
