@@ -6,6 +6,7 @@
 
 #include "arena.h"
 #include "march.h"
+#include "mem.h"
 #include "tolerance.h"
 
 /* All variables are off to one side, and each to the other side of its neighbours. */

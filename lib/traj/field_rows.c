@@ -280,7 +280,7 @@ int field_rank_told(struct field *f)
     struct definitions names = { 0 };
     if (ok && !all_constant(f))
         definitions_find(&names, f->sys, DEFINITIONS_ALL, NULL);
-    struct told told;
+    struct told_place told;
     told_begin(&told, f->sys, &names, f->in);
     for (int i = 0; i < f->rows && ok; i++)
         for (int k = 0; k < f->sys->row[i].entries; k++, q++)

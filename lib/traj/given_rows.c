@@ -59,7 +59,7 @@ bool given_rows_hold(const struct sys_system *sys, const struct traj_request *rq
         memcpy(in, x, (size_t)n * sizeof *in);
         in[n] = rq->start;
         bool valued = num_jacobian_eval(jac, in, miss, slope);
-        SGA_ENDS(told_end) struct told told;
+        SGA_ENDS(told_end) struct told_place told;
         told_begin(&told, sys, NULL, in);
         for (int i = 0; i < count && valued && ok; i++) {
             if (!(distance(&s, jac, slope, x, i, miss[i]) > MISSED))

@@ -116,8 +116,10 @@ bool slide_tell(struct ways *w, int level, double t, const double *x, const doub
     ahead.start = t;
     signals_ahead(w->mode->sys, &ahead);
     num_tape_eval(tape, in, out->value);
+    SGA_ENDS(told_end) struct told_place place;
+    told_begin(&place, w->mode->sys, NULL, in);
     for (size_t i = 0; i < roots; i++) {
-        out->rounding[i] = told_rounding(w->mode->sys, NULL, w->root[level][i], in);
+        out->rounding[i] = told_rounding(&place, w->root[level][i]);
         out->doubt[i] = 64 * DBL_EPSILON * fabs(out->value[i]) + out->rounding[i];
     }
     for (int k = 0; k <= n; k++) {

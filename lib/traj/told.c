@@ -31,7 +31,7 @@ static double magnitude(const struct expr_store *st, const struct expr_cone *con
 }
 
 /* Of e at the place. cone: whose walk it is; names: or NULL. */
-static double magnitude_of(struct told *t, const struct definitions *names, struct expr_cone *cone, expr_id e)
+static double magnitude_of(struct told_place *t, const struct definitions *names, struct expr_cone *cone, expr_id e)
 {
     const struct expr_store *st = t->sys->store;
     expr_cone_of(st, cone, &e, 1);
@@ -53,9 +53,9 @@ static double magnitude_of(struct told *t, const struct definitions *names, stru
     return large[cone->count - 1];
 }
 
-void told_begin(struct told *t, const struct sys_system *sys, const struct definitions *names, const double *in)
+void told_begin(struct told_place *t, const struct sys_system *sys, const struct definitions *names, const double *in)
 {
-    *t = (struct told){ .sys = sys, .names = names };
+    *t = (struct told_place){ .sys = sys, .names = names };
     num_ball_init(&t->at, sys->store, BITS);
     expr_cone_init(&t->cone);
     for (int j = 0; j <= sys->variables; j++)
@@ -63,13 +63,13 @@ void told_begin(struct told *t, const struct sys_system *sys, const struct defin
     signals_set(sys, in[sys->variables], &t->at);
 }
 
-void told_end(struct told *t)
+void told_end(struct told_place *t)
 {
     num_ball_clear(&t->at);
     expr_cone_clear(&t->cone);
 }
 
-double told_rounding(struct told *t, expr_id e)
+double told_rounding(struct told_place *t, expr_id e)
 {
     double rounding = DBL_EPSILON * magnitude_of(t, t->names, &t->cone, e);
     return isfinite(rounding) ? rounding : 0;

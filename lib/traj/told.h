@@ -8,7 +8,7 @@ struct definitions;
 struct sys_system;
 
 /* One place, for many functions. */
-struct told {
+struct told_place {
     const struct sys_system *sys;
     const struct definitions *names;
     struct num_ball at;
@@ -16,11 +16,11 @@ struct told {
 };
 
 /* At `in` (variables, then time) of sys, both borrowed; names: of variables that count as what defines them, or NULL. told_end is due. */
-void told_begin(struct told *t, const struct sys_system *sys, const struct definitions *names, const double *in);
-void told_end(struct told *t);
+void told_begin(struct told_place *t, const struct sys_system *sys, const struct definitions *names, const double *in);
+void told_end(struct told_place *t);
 /* What roundings may be of e, in the store of sys: the units in the last place of all that is added up in it, in whatever order, and in what
  * defines its variables. x - 1 + 1e-200 is not told from x - 1, nor s + 1e-200 where s = x - 1. Costs
  * a walk through e and through the definitions. */
-double told_rounding(struct told *t, expr_id e);
+double told_rounding(struct told_place *t, expr_id e);
 
 #endif
