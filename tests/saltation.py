@@ -1,6 +1,9 @@
 """Motions through events that set variables, differentiated: cases of sensitivities_check.py
 
 Closed forms are differentiated by SymPy; what has none is held against differences of motions."""
+import copy
+import re
+
 import sympy
 
 
@@ -19,6 +22,28 @@ def ask(form, parameters, initial, stop, by, starts, at, accuracy=None, **more):
 
 def equations(variables, lines):
     return {"form": "equations", "variables": variables, "equations": lines}
+
+
+def written(ask, table, text):
+    """The same without the table: its name is u."""
+    def put(part):
+        if isinstance(part, str):
+            return re.sub(r"\bu\b", f"({text})", part)
+        return [put(p) for p in part] if isinstance(part, list) else {k: put(v) for k, v in part.items()} if isinstance(part, dict) else part
+    own = copy.deepcopy(ask)
+    own["system"]["tables"] = {"u": table}
+    return own, put(ask)
+
+
+def line(times, values):
+    """Linear interpolation as an expression; two samples at one time are a step."""
+    text = None
+    for a, b, x, y in reversed(list(zip(times, times[1:], values, values[1:]))):
+        if a == b:
+            continue
+        piece = f"{x} + ({y} - {x})*(t - {a})/({b} - {a})"
+        text = piece if text is None else f"if(t < {b}, {piece}, {text})"
+    return {"times": times, "values": values, "interpolation": "linear"}, text
 
 
 FALL = equations(["x", "v"], ["x' = v", "v' = -g"])
@@ -112,6 +137,12 @@ ENDED = [
     ("two balls at once, both moved", ask(PAIR, {"e": "0.5", "h": "1"}, {"x": "h", "v": 0, "y": "h", "w": 0}, 1.5, ["e", "h"], None, BOTH), None, None),
     ("a floor that is only touched", ask(equations(["x", "v"], ["x' = v", "v' = g"]), {"g": "2"}, {"x": 1, "v": -2}, 2, ["g"], None, events(("x", "any", {"v": "-v"}))), 1, "only touches"),
     ("onto the zero of another event", ask(FALL, {"g": "2"}, {"x": 1, "v": 0}, 2, ["g"], None, events(("x", "down", {"v": "-v + 0.1"}), ("v - 2.1", "down", {"v": "3*v"}))), 1, "zero of event 1"),
+    ("at a step of a table", written(ask(FALL, {"g": "2", "s": "0.5"}, {"x": 1, "v": 0}, 1, ["g", "s"], None, events(("t - s", "up", {"v": "v + u"}))),
+                                     *line([0, 0.5, 0.5, 2], [1, 1, 0, 0]))[0], 0.5, "at a knot of a table"),
+    ("at a kink of a table", written(ask(FALL, {"g": "2", "s": "0.5"}, {"x": 1, "v": 0}, 1, ["s"], None, events(("t - s", "up", {"v": "v + u"}))),
+                                     *line([0, 0.5, 2], [1, 1, 0]))[0], 0.5, "at a knot of a table"),
+    ("at a step of a table, by what does not move it", written(ask(FALL, {"g": "2"}, {"x": 1, "v": 0}, 1, ["g"], None, events(("t - 1/2", "up", {"v": "v + u"}))),
+                                                               *line([0, 0.5, 0.5, 2], [1, 1, 0, 0]))[0], None, None),
     ("an accumulation", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 0}, 12, ["g", "e"], None, events(GROUND)), None, None),
     ("a start at the zero, to the other side", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.4, ["g"], ["x"], events(GROUND)), None, None),
 ]
@@ -147,6 +178,31 @@ DIFFERENCES += [
     ("least movement onto a mode", ask(equations(["a", "b", "l"], ["p*a' = -l - a/5", "3*b' = l", "if(m == 1, a - b*c, l) = 0"]), {"p": "2", "c": "0.9"}, {"a": 5, "b": 0}, 2, ["p", "c"], ["a"],
                                        events(("a - 4", "down", {"m": "1"})), modes=modes(m=([0, 1], 0)))),
 ]
+
+
+def random_table(rng):
+    """A motion with walls and a table in its field, in what is set, or in where a wall is: lines, lines with a step, or a cubic, which a spline reproduces."""
+    p = {"k": f"{rng.uniform(1, 4):.3f}", "e": f"{rng.uniform(0.4, 1.1):.3f}", "h": f"{rng.uniform(0.5, 0.8):.3f}"}
+    times = [0, round(rng.uniform(0.3, 0.9), 3), round(rng.uniform(1, 1.6), 3), round(rng.uniform(1.8, 2.2), 3), 3]
+    where, kind = rng.choice(["field", "set", "wall", "constraint", "mode"]), rng.choice(["line", "step", "cubic"])
+    if kind == "cubic":
+        a, b = (rng.randint(-3, 3) / 8 for _ in range(2))
+        table, text = {"times": times, "values": [f"{a}*({t})^3 + {b}*({t})^2 + 1/4" for t in times]}, f"{a}*t^3 + {b}*t^2 + 1/4"
+    else:
+        values = [round(rng.uniform(-0.5, 0.5), 3) for _ in times]
+        if kind == "step" and where not in ("wall", "constraint"):
+            times, values = times[:3] + times[2:], values[:3] + [values[2] + 0.5] + values[3:]
+        table, text = line(times, values)
+    lines, variables, more = ["x' = v", "v' = -k*x" + (" + u" if where == "field" else "")], ["x", "v"], {}
+    hit, wall = "-e*v" + (" + u*x" if where == "set" else ""), "h + u/20" if where == "wall" else "h"
+    walls = [(f"x - {wall}", "up", {"v": hit}), (f"x + {wall}", "down", {"v": hit})]
+    if where == "constraint":
+        lines, variables = ["x' = v", "v' = -f", "f + f^3/9 = k*x + u"], ["x", "v", "f"]
+    if where == "mode":
+        lines, more = ["x' = v", "v' = -k*x + m*u"], {"modes": modes(m=([1, 2], 1))}
+        walls[0][2]["m"] = "3 - m"
+    ask_ = ask(equations(variables, lines), p, {"x": 0.1, "v": round(rng.uniform(1, 1.6), 3)}, 2.7, rng.sample(sorted(p), 2), ["v"], events(*walls), **more)
+    return f"{kind} in {where}", *written(ask_, table, text)
 
 
 def random_case(rng):

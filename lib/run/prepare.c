@@ -15,7 +15,6 @@ static const char *beyond_plain(const struct request *r)
 {
     const struct request_trajectory *t = &r->trajectory;
     return t->integrals ? "the drift of integrals"
-        : r->tables ? "tables"
         : !strcmp(r->form, "operator") ? "the form operator"
         : r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL ? "arithmetics other than double"
         : NULL;
@@ -68,6 +67,8 @@ static bool check_sliding(struct job *j)
         what = "solved strata";
     else if (t->sensitivities.has)
         what = "sensitivities";
+    else if (r->tables)
+        what = "tables";
     else
         what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);

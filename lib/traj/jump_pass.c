@@ -115,7 +115,7 @@ static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, cons
     if (on) {
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
         if (s->j.slope)
-            memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->all - s->j.n) * sizeof *q->x);
+            memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->rows.all - s->j.n) * sizeof *q->x);
         ok = take_sides(q, s, at->t, err);
         jump_note_slides(p, was, s->mode, at->t, q->x);
     }
@@ -151,7 +151,7 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         if (piece->ended_event >= 0)
             name_stop(rq, q, piece, &p->r);
     } else if (set) {
-        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->all : s->j.n);
+        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->rows.all : s->j.n);
         if (s->slide)
             drop_dust(x, s->j.n);
         struct jump_at at = { piece->ended_t, x, fired, crossing, wrong, p->count };

@@ -110,6 +110,14 @@ struct traj_slopes {
     const expr_id *mass;      /* entries of the masses x directions */
 };
 
+/* Of such a system, in balls: what its start is. Either given values are what they are, exactly, and the rest follows (held ones determine it); or the motion's start is
+ * the point nearest to values of its own, which come first in exact_initial, before their derivatives. */
+struct traj_asked {
+    bool nearest;
+    int base, directions;     /* as above */
+    const double *initial, *unit; const unsigned char *given, *held;   /* nearest; base each: as of struct traj_request; by variable what a distance of 1 is */
+};
+
 /* Of a motion with events that set something, which is differentiated (jump_slope.h): its pieces are those of this system of variables and derivatives, whose
  * columns are the answer's. */
 struct traj_carried { const struct sys_system *sys; const struct sga_solution *sol; const struct traj_request *rq; };
@@ -175,6 +183,7 @@ struct traj_request {
     const expr_id *exact_initial, *exact_time;
     const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
     const struct traj_slopes *slopes;      /* the same, of events that set something */
+    const struct traj_asked *asked;        /* NULL: none of the variables is a derivative, or it is not asked for in balls */
     const struct traj_carried *carried;    /* NULL: pieces are the motion's own */
     const struct traj_request *sized_by;   /* of a later piece of a motion: the request that natural sizes are those of; NULL: its own */
     bool ends_there;                       /* singular positions are not passed */

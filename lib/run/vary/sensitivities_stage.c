@@ -33,9 +33,6 @@ struct asked {
 /* What cannot be differentiated. */
 static bool possible(const struct job *j)
 {
-    const struct request *r = j->request;
-    if (r->accuracy.arithmetic == REQUEST_BALL)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "sensitivities are not enclosed in balls; use \"double\", \"double-double\" or \"auto\"");
     if (j->strata.moves_on)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, PLACE, "the motion starts on a stratum, which a change of a parameter or of the start leaves: it has no derivative there");
     return true;
@@ -79,7 +76,8 @@ static bool make_variation(struct asked *a)
         return true;
     if (a->model.rq.arithmetic == TRAJ_DOUBLE_DOUBLE)
         return sga_fail_at(a->j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "where the equations jump, sensitivities are computed in double; use \"double\" or \"auto\"");
-    a->variation.request.arithmetic = TRAJ_DOUBLE;
+    if (a->model.rq.arithmetic != TRAJ_BALL)       /* which end where something may jump */
+        a->variation.request.arithmetic = TRAJ_DOUBLE;
     return true;
 }
 
@@ -176,6 +174,23 @@ static void write_errors(struct asked *a, const struct vary_motion *m, struct sg
     sga_json_end_array(w);
 }
 
+/* In balls: how far each value may be off what is written. */
+static void write_radii(struct asked *a, const struct traj_result *r, struct sga_json *w)
+{
+    int columns = a->directions * a->j->trajectory->columns;
+    if (!r->radius)
+        return;
+    sga_json_key(w, "radii");
+    sga_json_array(w);
+    for (int i = 0; i < r->rows; i++) {
+        sga_json_array(w);
+        for (int k = 0; k < columns; k++)
+            sga_json_double(w, r->radius[(size_t)i * (size_t)r->columns + (size_t)k]);
+        sga_json_end_array(w);
+    }
+    sga_json_end_array(w);
+}
+
 /* What the differences of the start add is within the tolerances too. */
 static bool reached(struct asked *a, const struct vary_motion *m)
 {
@@ -198,6 +213,7 @@ static bool write(struct asked *a, const struct vary_motion *m)
     bool ok = write_rows(a, m, &w);
     if (ok) {
         write_errors(a, m, &w);
+        write_radii(a, r, &w);
         sga_json_member_bool(&w, "accuracy_reached", reached(a, m));
         sga_json_member_string(&w, "start", m->exact_start ? "solved" : "differences");
         sga_json_member_string(&w, "method", r->method);
