@@ -131,6 +131,7 @@ CLOSED = [
      [A * sympy.cos(K * T) - sympy.sqrt(1 - A**2) * sympy.sin(K * T), A * sympy.sin(K * T) + sympy.sqrt(1 - A**2) * sympy.cos(K * T)], {K: "2", A: "0.6"}, [K, A]),
 ]
 
+NO_MOTION_IN_DD = ("a jump in time",)      # which ends there: no step is small enough for its tolerances
 ALSO_IN_BALLS = ("index 3", "two rods off their lengths", "nearest point, given by parameters", "nearest point on a surface that moves", "values that are consistent, all given",
                  "initial value by a parameter", "hamiltonian on a curve", "descriptor", "least norm", "conditions", "backwards", "table")
 TURNING = equations(["x", "y", "l"], ["x' = -y + l*x", "y' = x + l*y", "x^2 + y^2 = k^2"], {"k": "2"})
@@ -162,7 +163,8 @@ REFUSED = [
     ("a start on a kink", request(equations(["x", "y"], ["x' = 1", "y = abs(x)"], {"k": 1}), {"x": 0, "y": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a start where the field jumps", request(equations(["x"], ["x' = 1 + step(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a start at rest on a kink", request(equations(["x"], ["x' = abs(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
-    ("jumps in double-double", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy=DD), "not_supported", "/accuracy/arithmetic"),
+    ("jumps in double-double, by implicit steps", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy={**DD, "method": "radau"}), "not_supported",
+     "/accuracy/method"),
     ("a start at the middle of a circle", request(PENDULUM, {"x": 0, "y": 0}, 1, ["L"], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a sweep", request(DECAY, {"x": 1}, 1, ["k"]) | {"sweep": [{"initial": {"x": 2}}]}, "not_supported", "/trajectory/sensitivities"),
 ]
@@ -204,7 +206,9 @@ class Check:
             return
         values = {k: sympy.Rational(str(v)) for k, v in values.items()}
         slopes = [sympy.diff(f, v).subs(values) for f in forms for v in by]
-        expected = [[mp.mpf(sympy.N(s.subs(T, sympy.Rational(row[0])), 30)) for s in slopes] for row in t["sensitivities"]["rows"]]
+        stop, last = sympy.Rational(str(ask["trajectory"]["stop"])), ask["trajectory"]["samples"] - 1      # in longer numbers times are exact
+        times = [stop * i / last if "accuracy" in ask else sympy.Rational(row[0]) for i, row in enumerate(t["sensitivities"]["rows"])]
+        expected = [[mp.mpf(sympy.N(s.subs(T, time), 34)) for s in slopes] for time in times]
         self.compare(label, t, expected)
 
     def in_balls(self, label, ask, forms, values, by):
@@ -340,6 +344,24 @@ class Check:
         if s["ended"] is None and t["ended"] is None and near > 5e-4 and size < 1e4:
             self.differences(f"random jumps {n}", ask, False, "2e-4", "1e-6")
 
+    def random_switches(self, n):
+        """Fields, and constraints of index 1, with switches whose surfaces move: double-double against double, where derivatives jump by other code, and against differences."""
+        rng = random.Random(n)
+        p = {"k": f"{rng.uniform(0.8, 2):.3f}", "c": f"{rng.uniform(0.1, 0.4):.3f}", "a": f"{rng.uniform(-0.3, 0.3):.3f}"}
+        surface = rng.choice(["x - a", "v - a", "x + v/3 - a*cos(t)", "x - a*t"])
+        switch = rng.choice([f"c*sign({surface})", f"c*step({surface})*x", f"c*abs({surface})", f"max(c*({surface}), x/5)", f"if({surface} > 0, c, v/4)"])
+        lines, variables = [f"x' = v", f"v' = -k*x - {switch} + sin(2*t)"], ["x", "v"]
+        if rng.random() < 0.4:
+            lines, variables = ["x' = v", "v' = -z + sin(2*t)", f"z + z^3/9 = k*x + {switch}"], ["x", "v", "z"]
+        ask = request(equations(variables, lines, p), {"x": round(rng.uniform(0.5, 1), 3), "v": round(rng.uniform(0.2, 0.6), 3)}, round(rng.uniform(2, 4), 3), ["k", "c", "a"], ["x"])
+        result, problem = self.solver.solve(ask)
+        if not self.tally.check(result is not None, f"random switches {n}", str(problem)):
+            return
+        if result["trajectory"]["ended"] is None and result["trajectory"]["sensitivities"]["ended"] is None:      # it does not slide
+            self.same(f"random switches {n}, double-double against double", {**ask, "accuracy": DD}, ask)
+            if n % 3 == 0:
+                self.differences(f"random switches {n}", ask, False, "5e-5", "1e-6")
+
     def refused(self, label, ask, code, pointer):
         result, problem = self.solver.solve(ask)
         self.tally.check(result is None and (problem["code"], problem.get("pointer")) == (code, pointer), f"{label}: refused", str(problem or "an answer"))
@@ -353,6 +375,12 @@ def main():
         check.differences(*case)
     for case in IN_BALLS:
         check.in_balls("balls: " + case[0], *case[1:])
+    for label, ask, *rest in CLOSED:
+        if label not in NO_MOTION_IN_DD:
+            check.closed(f"{label}, in double-double", {**ask, "accuracy": DD}, *rest)
+    for label, ask, longer in DIFFERENCES:
+        if not longer:
+            check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
     for label, ask, _ in DIFFERENCES:
         if label in ALSO_IN_BALLS:
             check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
@@ -368,6 +396,7 @@ def main():
     for n in range(scaled(8)):
         check.random(first + n)
         check.random_rods(first + n)
+        check.random_switches(first + n)
     for n in range(scaled(16)):
         check.random_jumps(first + n)
         check.same(*(f"random tables {first + n}: {part}" if i == 0 else part for i, part in enumerate(saltation.random_table(random.Random(first + n)))))

@@ -1,6 +1,7 @@
 /* A trajectory in double-double from request to samples: several solutions, the error of the
  * last from its difference to the one before, as lib/ode/global.c, and its digits. */
 #include "precise.h"
+#include "precise_turn.h"
 
 #include <assert.h>
 #include <float.h>
@@ -348,6 +349,7 @@ static void precise_clear(struct precise *p)
     num_jet2_free(p->event);
     num_jet2_free(p->velocity);
     num_radau_free(p->formula);
+    precise_turn_free(p->turn);
     knots_clear(&p->knots);
     free(p->knot);
     free(p->time);
@@ -383,7 +385,8 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         p.velocity = num_jet2_new(f->field.plain, 0);
     }
     p.field = precise_field(&p);
-    bool ok = with_tables(&p, err) && (p.field || sga_fail(err, SGA_E_INTERNAL, "the field has no program in double-double")) && precise_start(&p, r->initial, err);
+    p.turn = precise_turn_new(&p, err);
+    bool ok = err->code == SGA_E_OK && with_tables(&p, err) && (p.field || sga_fail(err, SGA_E_INTERNAL, "the field has no program in double-double")) && precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
         double begin = sga_cpu();

@@ -13,6 +13,7 @@
 #include "ode.h"
 
 struct field;
+struct precise_turn;
 
 /* What each solution may take. */
 struct precise_limits {
@@ -33,6 +34,7 @@ struct precise {
     const struct traj_result *guide;          /* the motion in double, with what happens on it; NULL: no events */
     struct num_jet2 *event, *velocity;        /* of the events, to order 1; of the field; NULL: no events */
     struct precise_chart *chart; int charts, at;      /* by chart: what is not in use of the members above; the one in use */
+    struct precise_turn *turn;                /* NULL: no derivatives that jump with switches */
     struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
     struct knots knots; num_dd *knot;         /* of the tables, and their times */

@@ -100,6 +100,7 @@ struct traj_turns {
     const expr_id *surface; int surfaces;   /* arguments of the motion's switches */
     const expr_id *slope;     /* surfaces x directions: their derivatives along each direction */
     const expr_id *rate;      /* by surface: its derivative along the motion */
+    bool jumps;               /* the motion's field may jump, or its constraints bend, at one */
 };
 
 /* Of such a system, where events set something: derivatives along each direction (events and what they set are those of its request). */

@@ -10,6 +10,7 @@
 #include "gauge_choice.h"
 #include "jumps.h"
 #include "mem.h"
+#include "signal.h"
 #include "switches.h"
 #include "variation_along.h"
 
@@ -109,16 +110,14 @@ static void add_outputs(struct variation *v, const struct sys_system *sys, const
 static expr_id rate_of(struct variation_along *a, const expr_id *field, expr_id e)
 {
     struct expr_store *st = a->st;
-    a->active[a->sys->time] = 1;
     int terms = expr_gradient(st, &a->cone, e, a->active, &a->term, &a->cap);
-    a->active[a->sys->time] = 0;
     expr_id sum = expr_int(st, 0);
     for (int k = 0; k < terms; k++) {
         int j = a->variable_of[a->term[k].symbol];
-        if (j >= 0 || a->term[k].symbol == a->sys->time)
-            sum = expr_add(st, sum, j < 0 ? a->term[k].value : expr_mul(st, a->term[k].value, field[j]));
+        if (j >= 0)
+            sum = expr_add(st, sum, expr_mul(st, a->term[k].value, field[j]));
     }
-    return sum;
+    return expr_add(st, sum, expr_time_partial(st, e, a->sys->time));       /* through tables too */
 }
 
 /* The switches of the motion, and whether it may jump at one: at sign anywhere in it, and at any switch of its constraints. */
@@ -150,7 +149,7 @@ static void add_turns(struct variation *v, const struct sys_system *sys, const s
         along_of(a, w.argument[e], v->slope + (size_t)e * (size_t)q);
         v->rate[e] = rate_of(a, field, w.argument[e]);
     }
-    v->turns = (struct traj_turns){ .base = v->n, .directions = q, .surface = v->surface, .surfaces = w.count, .slope = v->slope, .rate = v->rate };
+    v->turns = (struct traj_turns){ .base = v->n, .directions = q, .surface = v->surface, .surfaces = w.count, .slope = v->slope, .rate = v->rate, .jumps = v->may_jump };
     num_switches_clear(&w);
     free(root);
 }

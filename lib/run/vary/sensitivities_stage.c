@@ -74,10 +74,9 @@ static bool make_variation(struct asked *a)
         return false;
     if (!a->variation.may_jump)
         return true;
-    if (a->model.rq.arithmetic == TRAJ_DOUBLE_DOUBLE)
-        return sga_fail_at(a->j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "where the equations jump, sensitivities are computed in double; use \"double\" or \"auto\"");
-    if (a->model.rq.arithmetic != TRAJ_BALL)       /* which end where something may jump */
-        a->variation.request.arithmetic = TRAJ_DOUBLE;
+    const char *method = a->model.rq.method;
+    if (a->model.rq.arithmetic == TRAJ_DOUBLE_DOUBLE && method && !strcmp(method, "radau"))
+        return sga_fail_at(a->j->err, SGA_E_NOT_SUPPORTED, "/accuracy/method", "in double-double implicit steps do not see where the equations jump; leave the method out, or use \"double\"");
     return true;
 }
 
