@@ -128,6 +128,49 @@ DIFFERENCES += [
                                        {"x": 0, "y": 0, "a": 0.3, "x'": 1, "a'": 0.2}, 1.5, ["m", "k", "e"], ["a", "a'"], events(("x - e", "up", {"x'": "-e*x'"})))),
 ]
 
+def sliding(variables, lines, parameters, initial, stop, by, starts=(), **more):
+    own = ask(equations(variables, lines), parameters, initial, stop, by, list(starts), [], **more)
+    return {**own, "trajectory": {**own["trajectory"], "sliding": True}}
+
+
+# x0 > 0 comes to 0 at x0/(k - h) and stays there; a block that a ramp pulls sticks until the force is k: v = (t - k)^2/2 from then on
+SLIDES_CLOSED = [
+    ("onto a surface, for good", sliding(["x"], ["x' = h - k*sign(x)"], {"k": "1.6", "h": "0.5"}, {"x": 1.1}, 2.1, ["k", "h"], ["x"]),
+     [sympy.Piecewise((E - (G - H) * T, T < E / (G - H)), (0, True))], {G: "1.6", H: "0.5", E: "1.1"}, [G, H, E]),
+    ("a block that is pulled", sliding(["x", "v"], ["x' = v", "v' = t - k*sign(v)"], {"k": "0.9"}, {"x": 0, "v": 0}, 2.2, ["k"], ["x"]),
+     [sympy.Piecewise((E, T < G), (E + (T - G)**3 / 6, True)), sympy.Piecewise((0, T < G), ((T - G)**2 / 2, True))], {G: "0.9", E: 0}, [G, E]),
+]
+SLIDES = [
+    ("friction, stick and slip", sliding(["x", "v"], ["x' = v", "v' = -k*x - c*sign(v) + a*sin(2*t)"], {"k": "1.7", "c": "0.5", "a": "1.3"}, {"x": 0.8, "v": 0.1}, 5, ["k", "c", "a"], ["x", "v"])),
+    ("on a belt", sliding(["x", "v"], ["x' = v", "v' = -k*x - c*sign(v - w) - v/9"], {"k": "2", "c": "0.7", "w": "0.4"}, {"x": 0, "v": 0.2}, 5, ["k", "c", "w"], ["x"])),
+    ("along a surface that moves", sliding(["x", "y"], ["x' = y - sign(x - a*sin(t))", "y' = -y/3 + x*k"], {"k": "0.7", "a": "0.4"}, {"x": 0.6, "y": 0.2}, 3, ["k", "a"], ["x", "y"])),
+    ("of index 1", sliding(["x", "y", "z"], ["x' = z - k*sign(x)", "y' = x - y", "z + z^3/9 = cos(t)*a + y"], {"k": "0.9", "a": "1.4"}, {"x": 0.5, "y": 0.1}, 4, ["k", "a"], ["x", "y"])),
+    ("of index 3", sliding(["x", "y", "l"], ["x'' = -x/2 + l*(1 + x/4) - c*sign(x')", "y'' = -k*l + a*sin(2*t)", "x + x^2/8 = k*y"], {"c": "0.9", "k": "1.2", "a": "1.4"},
+                           {"x": 0.3, "x'": 0.5}, 4, ["c", "k", "a"], ["x", "x'"])),
+]
+
+
+STUCK = [("a start that sticks, moved off its surface", sliding(["x", "v"], ["x' = v", "v' = t - k*sign(v)"], {"k": "0.9"}, {"x": 0, "v": 0}, 2.2, ["k"], ["v"]), "inconsistent_initial",
+          "/trajectory/initial")]
+
+
+def random_slide(rng):
+    """An oscillator with dry friction, at rest or on a belt that moves, or a relay; the surface may move with a parameter."""
+    p = {"k": f"{rng.uniform(0.8, 2):.3f}", "c": f"{rng.uniform(0.3, 0.9):.3f}", "a": f"{rng.uniform(0.6, 1.6):.3f}", "w": f"{rng.uniform(-0.4, 0.4):.3f}"}
+    start, stop = {"x": round(rng.uniform(-1, 1), 3), "v": round(rng.uniform(0.1, 0.9), 3)}, round(rng.uniform(2, 4), 3)
+    push = rng.choice(["a*sin(2*t)", "a*cos(t)", "a*sin(t)^2"])
+    kind = rng.choice(["friction", "belt", "relay", "two", "index 1"])
+    if kind == "relay":
+        return sliding(["x", "v"], ["x' = v - c*sign(x - w*t)", f"v' = -k*x - v/3 + {push}/3"], p, start, stop, rng.sample(sorted(p), 2), ["x"])
+    if kind == "two":
+        lines = ["x' = v", f"v' = -k*x - c*sign(v) - (x - y) + {push}", "y' = u", "u' = x - y - c*sign(u - w)/2"]
+        return sliding(["x", "v", "y", "u"], lines, p, {**start, "y": 0.1, "u": -0.2}, stop, rng.sample(sorted(p), 2), ["x"])
+    if kind == "index 1":
+        return sliding(["x", "v", "f"], ["x' = v", f"v' = f + {push}", "f + f^3/20 = -k*x - c*sign(v)"], p, start, stop, rng.sample(sorted(p), 2), ["v"])
+    speed = "w" if kind == "belt" else "0"
+    return sliding(["x", "v"], ["x' = v", f"v' = -k*x - c*sign(v - {speed}) + {push}"], p, start, stop, rng.sample(sorted(p), 2), ["x", "v"])
+
+
 PAIR = equations(["x", "v", "y", "w"], ["x' = v", "v' = -2", "y' = w", "w' = -2"])
 BOTH = events(("x", "down", {"v": "-e*v"}), ("y", "down", {"w": "-e*w"}))
 

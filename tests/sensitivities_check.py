@@ -164,7 +164,7 @@ REFUSED = [
     ("a start where the field jumps", request(equations(["x"], ["x' = 1 + step(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a start at rest on a kink", request(equations(["x"], ["x' = abs(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("jumps in double-double, by implicit steps", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy={**DD, "method": "radau"}), "not_supported",
-     "/accuracy/method"),
+     "/accuracy/arithmetic"),
     ("a start at the middle of a circle", request(PENDULUM, {"x": 0, "y": 0}, 1, ["L"], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a sweep", request(DECAY, {"x": 1}, 1, ["k"]) | {"sweep": [{"initial": {"x": 2}}]}, "not_supported", "/trajectory/sensitivities"),
 ]
@@ -331,18 +331,19 @@ class Check:
             self.tally.check(s["ended"] and s["ended"]["reason"] == "not_smooth" and words in s["ended"]["detail"], f"{label}: the reason", str(s["ended"]))
             self.tally.check(s["ended"] and abs(s["ended"]["t"] - when) < 1e-6 and all(r[0] <= when for r in s["rows"]) and len(s["rows"]) < len(t["rows"]), f"{label}: when", str(s["ended"]))
 
-    def random_jumps(self, n):
-        """Where an event is too near to a sample for differences nothing is checked."""
-        ask = saltation.random_case(random.Random(n))
+    def random_jumps(self, n, what, draw):
+        """Where an event, or an end of a slide, is too near to a sample for differences nothing is checked."""
+        ask = draw(random.Random(n))
         result, problem = self.solver.solve(ask)
         t = result and result["trajectory"]
-        if not self.tally.check(t, f"random jumps {n}", str(problem)):
+        if not self.tally.check(t, f"random {what} {n}", str(problem)):
             return
         s = t["sensitivities"]
         size = max([abs(float(v)) for r in s["rows"] for v in r if v is not None], default=0)
-        near = min([abs(float(e["t"]) - float(r[0])) / (1 + size) for e in t["events"] for r in t["rows"]], default=1)
+        times = [e["t"] for e in t.get("events", [])] + [w for s_ in t.get("slides", []) for w in (s_["from"], s_["to"]) if w is not None]
+        near = min([abs(float(w) - float(r[0])) / (1 + size) for w in times for r in t["rows"]], default=1)
         if s["ended"] is None and t["ended"] is None and near > 5e-4 and size < 1e4:
-            self.differences(f"random jumps {n}", ask, False, "2e-4", "1e-6")
+            self.differences(f"random {what} {n}", ask, False, "2e-4", "1e-6")
 
     def random_switches(self, n):
         """Fields, and constraints of index 1, with switches whose surfaces move: double-double against double, where derivatives jump by other code, and against differences."""
@@ -384,13 +385,13 @@ def main():
     for label, ask, _ in DIFFERENCES:
         if label in ALSO_IN_BALLS:
             check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
-    for case in saltation.CLOSED:
+    for case in saltation.CLOSED + saltation.SLIDES_CLOSED:
         check.closed(*case)
-    for label, ask in saltation.DIFFERENCES:
+    for label, ask in saltation.DIFFERENCES + saltation.SLIDES:
         check.differences(label, ask, False, "5e-4")
     for case in saltation.ENDED:
         check.ended(*case)
-    for case in REFUSED + saltation.REFUSED:
+    for case in REFUSED + saltation.REFUSED + saltation.STUCK:
         check.refused(*case)
     first = seed(18)
     for n in range(scaled(8)):
@@ -398,7 +399,8 @@ def main():
         check.random_rods(first + n)
         check.random_switches(first + n)
     for n in range(scaled(16)):
-        check.random_jumps(first + n)
+        check.random_jumps(first + n, "jumps", saltation.random_case)
+        check.random_jumps(first + n, "slides", saltation.random_slide)
         check.same(*(f"random tables {first + n}: {part}" if i == 0 else part for i, part in enumerate(saltation.random_table(random.Random(first + n)))))
     return check.tally.end()
 

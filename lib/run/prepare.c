@@ -65,8 +65,6 @@ static bool check_sliding(struct job *j)
         what = "a choice of gauge";
     else if (r->strata)
         what = "solved strata";
-    else if (t->sensitivities.has)
-        what = "sensitivities";
     else if (r->tables)
         what = "tables";
     else

@@ -189,6 +189,17 @@ static void take_units(struct traj_result *r, const struct traj_result *piece)
         r->unit[k] = fmax(r->unit[k], piece->unit ? piece->unit[k] : 1);
 }
 
+/* x and the derivatives that the start has, if any. */
+static double *with_derivatives(const struct turn *s, const double *x)
+{
+    size_t n = (size_t)s->j.n, all = s->j.slope ? (size_t)s->j.slope->rows.all : n;
+    double *to = sga_malloc((all + 1) * sizeof *to);
+    memcpy(to, x, n * sizeof *to);
+    if (all > n)
+        memcpy(to + n, s->mode->rq->carried->rq->initial + n, (all - n) * sizeof *to);
+    return to;
+}
+
 /* The start by the equations as they are written, from there on by the sides of switches. */
 static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct traj_request *rq, double tighter, struct sga_error *err)
 {
@@ -196,7 +207,8 @@ static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
     if (!traj_consistent(s->mode->sys, s->mode->sol, rq, &start, err))
         return false;
     SGA_FREED unsigned char *none = sga_calloc((size_t)rq->events + 1, 1);
-    struct jump_at at = { .t = rq->start, .x = start.x, .fired = none, .crossing = (signed char *)none };
+    SGA_FREED double *x = with_derivatives(s, start.x);
+    struct jump_at at = { .t = rq->start, .x = x, .fired = none, .crossing = (signed char *)none };
     bool ok = turn(p, q, s, &at, tighter, err);
     if (ok && s->why[0])
         ok = sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "%.300s", s->why);

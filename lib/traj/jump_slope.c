@@ -105,6 +105,9 @@ static bool look(struct jump_slope *s, double t, const double *x, const double *
     return num_tape_eval(s->field, s->rows.in, field) && num_tape_eval(s->slope, s->rows.in, s->along) && ok;
 }
 
+/* The motion goes on otherwise from event e. */
+static bool changes(const struct jump_slope *s, int e) { return s->of->rq->event[e].sets > 0 || s->of->rq->event[e].turns; }
+
 /* dt/dk of event e, by direction. False with why. */
 static bool time_of(const struct jump_slope *s, int e, const struct jump_at *at, const double *field, double *g, double *tau, char *why, size_t size)
 {
@@ -129,7 +132,7 @@ static bool times_of(const struct jump_slope *s, const struct jump_at *at, const
     double *g = sga_zeros(&mem, (size_t)(s->rows.n + s->rows.q) + 1, sizeof *g), *other = g + s->rows.n;
     int first = -1;
     for (int e = 0; e < s->of->rq->events; e++) {
-        if (!at->fired[e] || !s->of->rq->event[e].sets)
+        if (!at->fired[e] || !changes(s, e))
             continue;
         if (!time_of(s, e, at, field, g, first < 0 ? tau : other, why, size))
             return false;
@@ -151,7 +154,7 @@ static bool clear_of_knots(const struct jump_slope *s, const struct jump_at *at,
     for (int d = 0; d < s->rows.q; d++)
         moves |= tau[d] != 0;
     for (int e = 0; e < j->rq->events && moves; e++)
-        if (at->fired[e] && j->rq->event[e].sets) {
+        if (at->fired[e] && changes(s, e)) {
             bends |= signals_bend(j->sys, j->rq->event[e].expression, 1, at->t);
             for (int k = 0; k < j->rq->event[e].sets; k++)
                 bends |= signals_bend(j->sys, j->rq->event[e].set[k].value, 1, at->t);
@@ -235,7 +238,7 @@ static int first_ambiguous(const struct jump_slope *s, const int *count, const d
 {
     const struct traj_event *event = s->of->rq->event;
     for (int e = 0; e < s->of->rq->events; e++)
-        if (event[e].sets && !(count && event[e].most && count[e] >= event[e].most) && ambiguous(s, e, field, tau, g))
+        if (changes(s, e) && !(count && event[e].most && count[e] >= event[e].most) && ambiguous(s, e, field, tau, g))
             return e;
     return -1;
 }
@@ -270,7 +273,9 @@ static bool go_on(struct jump_slope *s, const struct jump_at *at, const double *
         return false;
     }
     int e = first_ambiguous(s, at->count, field, tau, field + n);
-    if (e >= 0)
+    if (e >= 0 && s->of->rq->event[e].turns)
+        snprintf(why, size, "after %.10g the motion goes on from another surface where the equations jump, and what is differentiated by moves it to one side or the other of it", at->t);
+    else if (e >= 0)
         snprintf(why, size, "after %.10g the motion goes on from the zero of event %d, and what is differentiated by moves it to one side or the other of it", at->t, e);
     return e < 0;
 }

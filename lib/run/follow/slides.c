@@ -68,8 +68,10 @@ static int symbol_of(struct slides *s, int surface)
 static void values_of(struct slides *s, const int *choice, expr_id *value)
 {
     struct expr_store *st = &s->j->request->store;
-    for (int k = 0; k < s->s.count; k++)
-        value[k] = choice[k] == TRAJ_AS_WRITTEN ? EXPR_UNDEF : choice[k] == TRAJ_ALONG ? st->symbol[symbol_of(s, k)].node : expr_int(st, choice[k] == TRAJ_ABOVE ? 1 : -1);
+    for (int k = 0; k < s->s.count; k++) {
+        int symbol = choice[k] == TRAJ_ALONG ? symbol_of(s, k) : -1;        /* which may move the list of symbols */
+        value[k] = choice[k] == TRAJ_AS_WRITTEN ? EXPR_UNDEF : symbol >= 0 ? st->symbol[symbol].node : expr_int(st, choice[k] == TRAJ_ABOVE ? 1 : -1);
+    }
 }
 
 /* Replaced, and linear in what slides. */

@@ -15,6 +15,7 @@
 #include "system.h"
 #include "vary_modes.h"
 #include "vary_motion.h"
+#include "vary_slides.h"
 
 static const char PLACE[] = "/trajectory/sensitivities";
 /* Samples of the same motion, computed in two ways, may differ by so many times their estimated errors, and so much beside their size. */
@@ -25,6 +26,7 @@ struct asked {
     struct vary_model model;
     struct variation variation;
     struct vary_modes *modes;
+    struct vary_slides *slides;
     bool varied;
     struct variation_by *by; int directions;
     struct sga_arena mem;
@@ -70,14 +72,7 @@ static bool make_variation(struct asked *a)
     for (int d = 0; d < a->directions; d++)
         vary_model_guess(&a->model, &a->model.rq, a->by[d].parameter, a->by[d].variable, guess + (size_t)d * n);
     a->varied = true;
-    if (!variation_make(&a->variation, &a->model.request.system, a->model.solution, &a->model.rq, a->by, a->directions, guess, a->j->err))
-        return false;
-    if (!a->variation.may_jump)
-        return true;
-    const char *method = a->model.rq.method;
-    if (a->model.rq.arithmetic == TRAJ_DOUBLE_DOUBLE && method && !strcmp(method, "radau"))
-        return sga_fail_at(a->j->err, SGA_E_NOT_SUPPORTED, "/accuracy/method", "in double-double implicit steps do not see where the equations jump; leave the method out, or use \"double\"");
-    return true;
+    return variation_make(&a->variation, &a->model.request.system, a->model.solution, &a->model.rq, a->by, a->directions, guess, a->j->err);
 }
 
 static const char *output_name(const struct job *j, int k)
@@ -243,14 +238,14 @@ static bool run(struct asked *a)
     if (!vary_model_make(&a->model, j, open, s->parameters, PLACE) || !general(a) || !set_directions(a))
         return false;
     a->model.rq.samples = j->trajectory->rows;
-    if (!make_variation(a))
+    if (!vary_slides_new(j, &a->model, a->by, a->directions, &a->slides) || !make_variation(a))
         return false;
     expr_id *parameter = sga_zeros(&a->mem, (size_t)a->model.request.swept_count + 1, sizeof *parameter);
     for (int i = 0; i < a->model.request.swept_count; i++)
         parameter[i] = a->model.request.swept[i].value;
     struct vary_motion m;
     a->modes = vary_modes_new(j, &(struct vary_modes_of){ &a->model, &a->model.rq, open, s->parameters, a->by, a->directions, -1 });
-    struct vary_at at = { .rq = &a->model.rq, .parameter = parameter, .x = j->trajectory->initial, .modes = a->modes };
+    struct vary_at at = { .rq = &a->model.rq, .parameter = parameter, .x = j->trajectory->initial, .modes = a->modes, .slides = a->slides };
     if (!vary_motion_run(&m, &a->model, &a->variation, &at, j->err)) {
         if (!j->err->pointer[0])
             snprintf(j->err->pointer, sizeof j->err->pointer, "%s", PLACE);
@@ -283,6 +278,7 @@ bool answer_sensitivities(struct job *j)
     stage_begin(j->clock, STAGE_SENSITIVITIES);
     bool ok = j->trajectory->rows == 0 || in_time(&a);
     vary_modes_free(a.modes);
+    vary_slides_free(a.slides);
     if (a.varied)
         variation_clear(&a.variation);
     vary_model_clear(&a.model);

@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "vary_copies.h"
 #include "vary_modes.h"
+#include "vary_slides.h"
 
 /* How large a change of derivatives is told from the roundings of a motion, beside their size; and how much more than one choice of signs other ones may come to. */
 static const double SEEN = 1e-3, SIGNS = 2;
@@ -139,6 +140,8 @@ bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variat
         p.c.request.programs = m->programs;
         if (at->modes)
             vary_modes_start(at->modes, at, &p);
+        if (at->slides)
+            vary_slides_start(at->slides, at, &p);
         bool placed = false;
         ok = at->rq->relations || at->rq->low || run_from_solved(to, v, at, &p, &placed, err);      /* relations move with the parameters */
         if (!placed)

@@ -7,6 +7,7 @@
 
 struct sga_arena;
 struct vary_modes;
+struct vary_slides;
 
 struct vary_motion {
     struct traj_result result;       /* columns: derivatives by output and direction, then the outputs */
@@ -15,8 +16,8 @@ struct vary_motion {
 };
 
 /* rq: what the variation was made of; parameter: values of the swept ones, in the request's store; initial: by variable of the whole, NULL: rq's; x: the start of
- * the motion there; modes: NULL where there are none. False with err. The result is cleared by vary_motion_clear. */
-struct vary_at { const struct traj_request *rq; const expr_id *parameter; const double *initial; const double *x; struct vary_modes *modes; };
+ * the motion there; modes, slides: NULL where there are none. False with err. The result is cleared by vary_motion_clear. */
+struct vary_at { const struct traj_request *rq; const expr_id *parameter; const double *initial; const double *x; struct vary_modes *modes; struct vary_slides *slides; };
 bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct sga_error *err);
 void vary_motion_clear(struct vary_motion *v);
 
