@@ -387,6 +387,11 @@ def main():
             check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
     for case in saltation.CLOSED + saltation.SLIDES_CLOSED:
         check.closed(*case)
+    for label, ask, *rest in saltation.CLOSED:
+        check.closed(f"{label}, in double-double", {**ask, "accuracy": DD}, *rest)
+    for label, ask in saltation.DIFFERENCES:
+        if label in saltation.IN_DOUBLE_DOUBLE:
+            check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
     for label, ask in saltation.DIFFERENCES + saltation.SLIDES:
         check.differences(label, ask, False, "5e-4")
     for case in saltation.ENDED:
@@ -401,6 +406,8 @@ def main():
     for n in range(scaled(16)):
         check.random_jumps(first + n, "jumps", saltation.random_case)
         check.random_jumps(first + n, "slides", saltation.random_slide)
+        label, ask, _ = saltation.random_table(random.Random(first + n))
+        check.same(f"{label} {first + n}, double-double against double", {**ask, "accuracy": DD}, ask)
         check.same(*(f"random tables {first + n}: {part}" if i == 0 else part for i, part in enumerate(saltation.random_table(random.Random(first + n)))))
     return check.tally.end()
 

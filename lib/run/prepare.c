@@ -16,7 +16,7 @@ static const char *beyond_plain(const struct request *r)
     const struct request_trajectory *t = &r->trajectory;
     return t->integrals ? "the drift of integrals"
         : !strcmp(r->form, "operator") ? "the form operator"
-        : r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE || r->accuracy.arithmetic == REQUEST_BALL ? "arithmetics other than double"
+        : r->accuracy.arithmetic == REQUEST_BALL ? "arithmetic ball"
         : NULL;
 }
 
@@ -38,6 +38,8 @@ static bool check_sets(struct job *j)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && !strcmp(r->form, "mechanical"))
+        what = "double-double arithmetic in form mechanical, whose impulses are computed in double";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
@@ -67,6 +69,8 @@ static bool check_sliding(struct job *j)
         what = "solved strata";
     else if (r->tables)
         what = "tables";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE)
+        what = "arithmetics other than double";
     else
         what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);

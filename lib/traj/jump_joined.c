@@ -5,6 +5,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "jump_fine.h"
 #include "mem.h"
 #include "slide.h"
 #include "system.h"
@@ -21,6 +22,7 @@ static const double STANDS = 1e-4;
 void jump_pass_clear(struct jump_pass *p)
 {
     traj_result_clear(&p->r);
+    jump_fine_free(p->fine);
     free(p->each);
     free(p->at);
     free(p->count);
@@ -28,7 +30,7 @@ void jump_pass_clear(struct jump_pass *p)
 }
 
 /* Rows and happenings of a piece are added. */
-void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece)
+void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece)
 {
     struct traj_result *r = &p->r;
     size_t columns = (size_t)q->columns, wide = (size_t)piece->columns, happened = (size_t)(r->happened + piece->happened);
@@ -36,6 +38,10 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct tra
         double *value = r->value + (size_t)r->rows * columns, *each = p->each + (size_t)r->rows * columns;
         r->t[r->rows] = piece->t[i];
         memcpy(value, piece->value + (size_t)i * wide, columns * sizeof *value);
+        for (size_t k = 0; k < columns && r->digits; k++) {
+            r->digits[(size_t)r->rows * columns + k] = piece->digits[(size_t)i * wide + k];
+            piece->digits[(size_t)i * wide + k] = NULL;
+        }
         for (size_t k = 0; k < columns; k++)
             each[k] = piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY;
     }
@@ -43,11 +49,18 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct tra
         p->happening_room = 2 * happened + 1;
         r->happening = sga_realloc(r->happening, p->happening_room * sizeof *r->happening);
         r->happened_value = sga_realloc(r->happened_value, p->happening_room * (columns + 1) * sizeof *r->happened_value);
+        if (r->digits)
+            r->happened_digits = sga_realloc(r->happened_digits, p->happening_room * (columns + 1) * sizeof *r->happened_digits);
     }
     for (int i = 0; i < piece->happened; i++, r->happened++) {
         r->happening[r->happened] = piece->happening[i];
         r->happening[r->happened].event = q->whole[piece->happening[i].event];
         memcpy(r->happened_value + (size_t)r->happened * columns, piece->happened_value + (size_t)i * wide, columns * sizeof(double));
+        for (size_t k = 0; k <= columns && r->digits; k++) {
+            char **from = piece->happened_digits + (size_t)i * (wide + 1) + k;
+            r->happened_digits[(size_t)r->happened * (columns + 1) + k] = *from;
+            *from = NULL;
+        }
     }
     r->residual = fmax(r->residual, piece->residual);
     r->steps += piece->steps;
@@ -66,10 +79,16 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct tra
 /* Nothing is said beyond t. */
 void jump_cut(struct jump_pass *p, double t, double direction)
 {
-    while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0)
+    while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0) {
         p->r.happened--;
-    while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0)
+        for (int k = 0; p->r.happened_digits && k <= p->r.columns; k++)
+            free(p->r.happened_digits[(size_t)p->r.happened * ((size_t)p->r.columns + 1) + (size_t)k]);
+    }
+    while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0) {
         p->r.rows--;
+        for (int k = 0; p->r.digits && k < p->r.columns; k++)
+            free(p->r.digits[(size_t)p->r.rows * (size_t)p->r.columns + (size_t)k]);
+    }
     while (p->r.legs && direction * (p->r.leg[p->r.legs - 1].t - t) > 0)
         free(p->r.leg[--p->r.legs].impulse);
     while (p->r.slides && direction * (p->r.slide[p->r.slides - 1].from - t) > 0)

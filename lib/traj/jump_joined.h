@@ -4,6 +4,8 @@
 
 #include "jump_piece.h"
 
+struct jump_fine;
+
 /* Times as one, by their size. */
 #define JUMP_SAME_TIME 1e-13
 
@@ -18,11 +20,12 @@ struct jump_pass {
     size_t leg_room, slide_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
     size_t happening_room;
+    struct jump_fine *fine;       /* in double-double (jump_fine.h): rows and happenings have texts; or NULL */
 };
 
 void jump_pass_clear(struct jump_pass *p);
-/* What a piece has found, behind that of the pieces before. */
-void jump_join(struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece);
+/* What a piece has found, behind that of the pieces before; its texts are taken over. */
+void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece);
 /* Nothing is said beyond t. */
 void jump_cut(struct jump_pass *p, double t, double direction);
 /* Whether the times of events that set have a limit: then the motion ends there. */

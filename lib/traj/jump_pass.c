@@ -6,11 +6,13 @@
 #include "arena.h"
 #include "budget.h"
 #include "crossing.h"
+#include "jump_fine.h"
 #include "jump_slope.h"
 #include "jump_turn.h"
 #include "ode.h"
 #include "rows_kept.h"
 #include "slide.h"
+#include "system.h"
 #include "tolerance.h"
 
 /* Events that set in one motion. */
@@ -116,7 +118,7 @@ static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, cons
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
         if (s->j.slope)
             memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->rows.all - s->j.n) * sizeof *q->x);
-        ok = take_sides(q, s, at->t, err);
+        ok = (!p->fine || jump_fine_turn(p->fine, s, at, &to, err)) && take_sides(q, s, at->t, err);
         jump_note_slides(p, was, s->mode, at->t, q->x);
     }
     if (on && !s->slide) {
@@ -154,7 +156,7 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->rows.all : s->j.n);
         if (s->slide)
             drop_dust(x, s->j.n);
-        struct jump_at at = { piece->ended_t, x, fired, crossing, wrong, p->count };
+        struct jump_at at = { piece->ended_t, x, fired, crossing, p->fine ? 0 : wrong, p->count };
         count_jump(p, rq, piece->ended_t, fired);
         p->stood = false;
         for (int e = 0; e < rq->events; e++)
@@ -269,6 +271,15 @@ static bool starts_clear(const struct turn *s, double t, const double *x, struct
                           "happens, or to the other, where it does not; start beside it", e);
 }
 
+/* In double-double: the state where the piece ended, before its texts go into the motion's. */
+static bool read_end(struct jump_pass *p, const struct turn *s, const struct traj_result *piece, struct sga_error *err)
+{
+    if (!piece->digits || (piece->happened && !piece->happened_digits))
+        return sga_fail(err, SGA_E_NOT_SUPPORTED, "the motion has no digits beyond those of a double; use \"double\"");
+    return piece->ended_event < 0 || jump_fine_end(p->fine, piece, jump_carried(s->mode).sys->variables)
+           || sga_fail(err, SGA_E_NOT_SUPPORTED, "at %.10g the motion has no digits beyond those of a double; use \"double\"", piece->ended_t);
+}
+
 /* The whole motion once. *p is cleared where it fails. */
 bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
                      struct sga_error *err)
@@ -277,14 +288,17 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
     struct turn s;
     const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
     const struct traj_mode *first = rq->modes ? rq->modes->start : &own;
-    *p = (struct jump_pass){ .direction = jump_direction(rq) };
+    *p = (struct jump_pass){ .direction = jump_direction(rq), .fine = jump_fine_new(sys, rq, wrong) };
     jump_piece_init(&q, first, tighter, rq->rows_until);
+    if (p->fine)
+        jump_fine_first(&q, jump_carried(first).rq);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
     p->r.columns = q.columns;
     p->r.ended_event = -1;
     p->r.t = sga_calloc(rows + 1, sizeof(double));
     p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
+    p->r.digits = p->fine ? sga_calloc((rows + 1) * (columns + 1), sizeof(char *)) : NULL;
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
     bool ok = turn_init(&s, first, err), more = ok;
     if ((rq->modes && !slide_any(rq)) || rq->mass)
@@ -308,6 +322,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
             piece.initial = NULL;
             ok = starts_clear(&s, rq->start, p->r.initial, err);
         }
+        ok = ok && (!p->fine || read_end(p, &s, &piece, err));
         jump_join(p, &q, &piece);
         jump_note_switches(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = jump_direction(rq);
@@ -317,13 +332,15 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
             done++;
         more &= done < rq->samples;
-        double late = wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
+        double late = p->fine ? 0 : wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
         q.q.start = more && (rq->times[done] - t) * direction > 2 * late ? t + direction * late : t;
         q.q.times = rq->times + done;
         q.q.samples = rq->samples - done;
         q.q.initial = q.x;
         q.q.given = q.given;
         q.q.held = q.held;
+        ok = ok && (!p->fine || !more || jump_fine_begin(p->fine, &q, &s, done, rq->samples, err));
+        more &= ok;
     }
     if (!ok && p->r.initial && keeps_rows(p, rq, err)) {        /* in what a mode needs */
         *err = (struct sga_error){ 0 };

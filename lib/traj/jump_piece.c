@@ -50,8 +50,9 @@ void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double 
     p->q.exact_initial = p->q.exact_time = NULL;
     p->q.modes = NULL;
     p->q.single |= mode->rq->single;
-    p->q.arithmetic = TRAJ_DOUBLE;
-    p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, 1e-14));
+    bool longer = mode->rq->arithmetic == TRAJ_DOUBLE_DOUBLE;
+    p->q.arithmetic = longer ? TRAJ_DOUBLE_DOUBLE : TRAJ_DOUBLE;
+    p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, longer ? 1e-30 : 1e-14));
     p->q.atol = tighter * rq->atol;
 }
 

@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "jump_fine.h"
 #include "jump_pass.h"
 #include "larger.h"
 #include "ode.h"
@@ -14,8 +15,8 @@
 #include "tolerance.h"
 
 /* Motions that are compared at the most, and the steps by which the tolerances shrink; what is set is wrong by so much in the looser motion. */
-enum { MOST_PASSES = 4 };
-static const double TIGHTER = 0.1, WRONG = 4 * DBL_EPSILON;
+enum { MOST_PASSES = 4, FINE_PASSES = 2 };      /* in double-double pieces are refined themselves, and only the first is made wrong */
+static const double TIGHTER = 0.1, WRONG = 4 * DBL_EPSILON, WRONG_FINE = 4 * NUM_DD_EPSILON;
 
 bool jumps_any(const struct traj_request *rq)
 {
@@ -68,8 +69,9 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
             size_t at = (size_t)i * (size_t)columns + (size_t)k;
             largest[k] = sga_larger(largest[k], fabs(r->value[at]));
             /* each piece begins with roundings of what the values there are, and both motions may have them alike */
-            double rounding = 4 * DBL_EPSILON * (fabs(r->value[at]) + jumped * largest[k]);
-            double e = there ? fabs(r->value[at] - o->value[at]) + p->each[at] + rounding : INFINITY;
+            double rounding = 4 * (p->fine ? NUM_DD_EPSILON : DBL_EPSILON) * (fabs(r->value[at]) + jumped * largest[k]);
+            double apart = !there ? INFINITY : p->fine ? jump_fine_apart(r->digits[at], o->digits[at]) : fabs(r->value[at] - o->value[at]);
+            double e = apart + p->each[at] + rounding;
             p->each[at] = isnan(e) ? INFINITY : e;
         }
     }
@@ -90,7 +92,9 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     }
     for (int i = 0; i < r->happened; i++) {
         struct traj_happening *h = r->happening + i;
-        h->error = i < same ? fabs(h->t - o->happening[i].t) + (isfinite(h->error) ? h->error : 0) + 4 * DBL_EPSILON * fabs(h->t) : INFINITY;
+        size_t at = (size_t)i * (size_t)(columns + 1);
+        double apart = i >= same ? INFINITY : p->fine ? jump_fine_apart(r->happened_digits[at], o->happened_digits[at]) : fabs(h->t - o->happening[i].t);
+        h->error = apart + (isfinite(h->error) ? h->error : 0) + 4 * (p->fine ? NUM_DD_EPSILON : DBL_EPSILON) * fabs(h->t);
         if (i < same && !rq->event[h->event].turns)      /* of those slides say it, and what it does to the motion is in the samples */
             worst = fmax(worst, sga_error_ratio(h->error, asked, 1, h->t));
     }
@@ -126,6 +130,17 @@ static void drop_turns(struct traj_result *r, const struct traj_request *rq)
     r->happened = kept;
 }
 
+/* The digits that the errors of the whole leave. */
+static void write_digits(struct jump_pass *p)
+{
+    struct traj_result *r = &p->r;
+    size_t columns = (size_t)r->columns;
+    for (size_t i = 0; i < (size_t)r->rows * columns; i++)
+        r->digits[i] = jump_fine_text(r->digits[i], p->each[i]);
+    for (size_t i = 0; i < (size_t)r->happened * (columns + 1); i++)
+        r->happened_digits[i] = jump_fine_text(r->happened_digits[i], i % (columns + 1) ? r->error_estimate : r->happening[i / (columns + 1)].error);
+}
+
 /* A pass after the first: tighter, compared with it. */
 enum later { COMPARED, LAST_STAYS, FAILED };
 static enum later later_pass(struct jump_pass *p, struct jump_pass *loose, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter,
@@ -150,7 +165,7 @@ static bool first_pass(struct jump_pass *loose, const struct sys_system *sys, co
 {
     *part = *rq;
     part->rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
-    if (!jump_pass_run(loose, sys, sol, part, 1, WRONG, err))
+    if (!jump_pass_run(loose, sys, sol, part, 1, rq->arithmetic == TRAJ_DOUBLE_DOUBLE ? WRONG_FINE : WRONG, err))
         return false;
     part->rows_until = rows_are_kept(rq) ? rq->rows_until : 0;
     *late = jump_time_ended(&loose->r);
@@ -177,8 +192,8 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     double tighter = 1, worst = INFINITY, before;
     bool late;
     *r = (struct traj_result){ 0 };
-    if (rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL)
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
+    if (rq->arithmetic == TRAJ_BALL)
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are not followed in balls; use \"double-double\", \"double\" or \"auto\"");
     if (rq->single) {
         bool ok = jump_pass_run(&p, sys, sol, rq, tighter, 0, err);
         *r = ok ? p.r : *r;
@@ -203,7 +218,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
         worst = compare(&p, &loose, rq);
         say_limit(&p, &loose);
         jump_pass_clear(&loose);
-        if (worst <= 1 || late || k + 1 >= MOST_PASSES || (isfinite(before) && worst > 0.5 * before))
+        if (worst <= 1 || late || k + 1 >= (p.fine ? FINE_PASSES : MOST_PASSES) || (isfinite(before) && worst > 0.5 * before))
             break;
         loose = p;
     }
@@ -212,6 +227,8 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     else if (!p.r.shortfall)
         p.r.shortfall = shortfall_of(worst, late);
     drop_turns(&p.r, rq);
+    if (p.fine)
+        write_digits(&p);
     p.r.out_of_time = rows_are_kept(rq) && (late || sga_now() >= rq->rows_until);
     *r = p.r;
     p.r = (struct traj_result){ 0 };

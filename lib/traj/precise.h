@@ -98,6 +98,10 @@ double precise_event_errors(const struct precise *p, struct precise_path *a, con
 /* precise_radau.c. Implicit steps can be made: not where Jacobians are too large to be factored for all stages. */
 bool precise_radau_possible(const struct field *f);
 
+/* precise.c. The consistent start of a request in double-double (x: n). False: err, as precise_start. */
+bool precise_place(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, num_dd *x, struct sga_error *err);
+/* All digits that the error leaves; malloced. */
+char *precise_digits(num_dd v, double error);
 /* precise.c. May it be tried? (A field given by expressions.) *why: if not. */
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why);
 /* Fills the samples, events, errors and endings of r (r->initial, r->moved are known). guide: the motion in double, with its

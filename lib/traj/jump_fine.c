@@ -1,0 +1,306 @@
+/* See jump_fine.h. */
+#include "jump_fine.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arb_ends.h"
+#include "arena.h"
+#include "enclosed.h"
+#include "flint_ends.h"
+#include "jet.h"
+#include "jump_slope.h"
+#include "jump_turn.h"
+#include "mem.h"
+#include "precise.h"
+#include "system.h"
+#include "tape.h"
+
+enum { BITS = 256 };
+/* Of a size: what is set stays on the constraints, as far as double-double tells. */
+static const double STAYS = 1e-24;
+
+static num_dd of_ball(const arb_t a)
+{
+    SGA_ENDS(fmpq_end) fmpq_t q = { 0 };
+    if (!arb_is_finite(a))
+        return num_dd_of(NAN);
+    arf_get_fmpq(q, arb_midref(a));
+    return num_dd_of_fmpq(q);
+}
+
+static num_dd of_text(const char *s)
+{
+    SGA_ENDS(arb_end) arb_t a = { 0 };
+    return s && !arb_set_str(a, s, BITS) ? of_ball(a) : num_dd_of(NAN);
+}
+
+static expr_id constant(struct expr_store *st, num_dd v)
+{
+    return expr_add(st, expr_double(st, v.hi), expr_double(st, v.lo));
+}
+
+struct jump_fine *jump_fine_new(const struct sys_system *sys, const struct traj_request *rq, double wrong)
+{
+    if (rq->arithmetic != TRAJ_DOUBLE_DOUBLE)
+        return NULL;
+    struct jump_fine *f = sga_calloc(1, sizeof *f);
+    f->wrong = wrong;
+    f->time = sga_calloc((size_t)rq->samples + 1, sizeof *f->time);
+    SGA_ENDS(arb_end) arb_t a = { 0 };
+    for (int i = 0; i < rq->samples; i++) {
+        enclosed_constant(sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], BITS, a);
+        f->time[i] = of_ball(a);
+    }
+    return f;
+}
+
+void jump_fine_free(struct jump_fine *f)
+{
+    if (!f)
+        return;
+    free(f->time);
+    free(f->x);
+    free(f->exact);
+    free(f->sample);
+    free(f);
+}
+
+void jump_fine_first(struct jump_piece *q, const struct traj_request *rq)
+{
+    q->q.exact_start = rq->exact_start;
+    q->q.exact_initial = rq->exact_initial;
+    q->q.exact_time = rq->exact_time;
+}
+
+bool jump_fine_end(struct jump_fine *f, const struct traj_result *piece, int all)
+{
+    size_t wide = (size_t)piece->columns + 1;
+    if (!piece->happened_digits || !piece->happened)
+        return false;
+    char **digits = piece->happened_digits + (size_t)(piece->happened - 1) * wide;
+    f->t = of_text(digits[0]);
+    f->x = sga_realloc(f->x, ((size_t)all + 1) * sizeof *f->x);
+    bool ok = isfinite(f->t.hi);
+    for (int k = 0; k < all; k++) {
+        f->x[k] = of_text(digits[wide - (size_t)all + (size_t)k]);
+        ok = ok && isfinite(f->x[k].hi);
+    }
+    return ok;
+}
+
+/* Roots at (t, x) into out; speed (or NULL): by input what they change by, and then into rate what the roots do. */
+static bool evaluate(const struct num_tape *tape, int inputs, num_dd t, const num_dd *x, const num_dd *speed, int speeds, num_dd *out, num_dd *rate, int roots)
+{
+    struct num_jet2 *j = num_jet2_new(tape, rate ? 1 : 0);
+    for (int k = 0; k <= inputs; k++) {
+        num_jet2_input(j, k)[0] = k < inputs ? x[k] : t;
+        if (rate)
+            num_jet2_input(j, k)[1] = k == inputs ? num_dd_of(1) : k < speeds ? speed[k] : num_dd_of(0);
+    }
+    bool ok = num_jet2_next(j, 0) && (!rate || num_jet2_next(j, 1));
+    for (int r = 0; r < roots; r++) {
+        out[r] = num_jet2_root(j, r)[0];
+        ok = ok && isfinite(out[r].hi);
+        if (rate)
+            rate[r] = num_jet2_root(j, r)[1];
+    }
+    num_jet2_free(j);
+    return ok;
+}
+
+/* A turn. */
+struct between {
+    struct jump_fine *f;
+    const struct jump *from, *to;
+    const struct jump_at *at;
+    const struct jump_to *landed;
+    int q;                        /* directions */
+    num_dd *asked, *x;            /* of `to`: as set, and where it goes on */
+    num_dd *tau, *y, *field;      /* by direction; directions x n of `to`; n of `from` */
+};
+
+static bool no_value(const struct between *b, struct sga_error *err)
+{
+    return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "at %.10g what is set, or its derivatives, have no value in double-double; use \"double\"", b->at->t);
+}
+
+/* By names from the variables before to those after. */
+static void carry(const struct between *b, const num_dd *from, num_dd *to)
+{
+    for (int k = 0; k < b->from->n; k++) {
+        const char *name = b->from->sys->store->symbol[b->from->sys->variable[k].symbol].name;
+        int symbol = expr_symbol_find(b->to->sys->store, name, strlen(name)), v = symbol < 0 ? -1 : b->to->variable[symbol];
+        if (v >= 0)
+            to[v] = from[k];
+    }
+}
+
+static bool assign(struct between *b, struct sga_arena *mem)
+{
+    const struct traj_request *rq = b->from->rq;
+    int n = b->from->n, roots = b->from->sets + rq->events;
+    num_dd *out = sga_zeros(mem, (size_t)roots + 1, sizeof *out), *y = sga_zeros(mem, (size_t)n + 1, sizeof *y);
+    memcpy(y, b->f->x, (size_t)n * sizeof *y);
+    bool ok = evaluate(b->from->tape, n, b->f->t, b->f->x, NULL, 0, out, NULL, roots);
+    for (int e = 0, i = 0; e < rq->events; i += rq->event[e++].sets)
+        for (int k = 0; k < rq->event[e].sets && b->at->fired[e]; k++)
+            if (rq->event[e].set[k].variable >= 0)
+                y[rq->event[e].set[k].variable] = num_dd_mul_d(out[i + k], 1 + b->f->wrong);
+    carry(b, y, b->asked);
+    return ok;
+}
+
+/* The start after it, as jump_land has found it, to all digits. */
+static bool place(struct between *b, struct sga_arena *mem, struct sga_error *err)
+{
+    const struct jump *j = b->to;
+    struct expr_store *st = j->sys->store;
+    size_t n = (size_t)j->n;
+    struct traj_request q;
+    double *x = sga_zeros(mem, n + 1, sizeof *x), t = b->f->t.hi;
+    unsigned char *place = sga_zeros(mem, 2 * n + 2, 1);
+    expr_id *exact = sga_zeros(mem, n + 1, sizeof *exact), time = constant(st, b->f->t);
+    struct jump_to asked = *b->landed;
+    asked.x = x;
+    for (size_t k = 0; k < n; k++) {
+        x[k] = b->landed->known[k] ? b->asked[k].hi : 0;
+        exact[k] = b->landed->known[k] ? constant(st, b->asked[k]) : EXPR_UNDEF;
+    }
+    jump_request(j, b->at, &asked, b->landed->way, place, &q);
+    q.start = t;
+    q.times = &t;
+    q.samples = 1;
+    q.exact_start = time;
+    q.exact_time = &time;
+    q.exact_initial = exact;
+    q.arithmetic = TRAJ_DOUBLE_DOUBLE;
+    if (!expr_store_ok(st)) {
+        *err = st->error;
+        return false;
+    }
+    if (precise_place(j->sys, j->sol, &q, b->x, err))
+        return true;
+    if (err->code == SGA_E_NOT_SUPPORTED)
+        sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "at %.10g what is set lies off the constraints, and the nearest point is known to a double's digits only; use \"double\", or set values that satisfy "
+                    "them", t);
+    return false;
+}
+
+/* When, and the derivatives along the event: of what is kept and what is set. */
+static bool along(struct between *b, struct sga_arena *mem)
+{
+    const struct jump_slope *s = b->from->slope;
+    const struct traj_request *rq = b->from->rq;
+    int n = b->from->n, all = s->rows.all, q = b->q, roots = s->rows.first + s->rows.count * (1 + q), slopes = (rq->events + s->sets + s->masses) * q;
+    num_dd *out = sga_zeros(mem, (size_t)roots + 1, sizeof *out), *rate = sga_zeros(mem, (size_t)roots + 1, sizeof *rate), *slope = sga_zeros(mem, (size_t)slopes + 1, sizeof *slope);
+    num_dd *y = sga_zeros(mem, (size_t)n + 1, sizeof *y);
+    if (!evaluate(s->field, all, b->f->t, b->f->x, NULL, 0, b->field, NULL, n) || !evaluate(s->rows.value, all, b->f->t, b->f->x, b->field, n, out, rate, roots)
+        || !evaluate(s->slope, all, b->f->t, b->f->x, NULL, 0, slope, NULL, slopes))
+        return false;
+    bool found = false;
+    for (int e = 0; e < rq->events && !found; e++)
+        for (int d = 0; d < q && b->at->fired[e] && rq->event[e].sets; d++) {
+            found |= slope[e * q + d].hi != 0;
+            b->tau[d] = slope[e * q + d].hi != 0 ? num_dd_neg(num_dd_div(slope[e * q + d], rate[e])) : num_dd_of(0);
+        }
+    for (int d = 0; d < q; d++) {
+        for (int k = 0; k < n; k++)
+            y[k] = num_dd_add(b->f->x[n + d * n + k], num_dd_mul(b->field[k], b->tau[d]));
+        for (int e = 0, root = rq->events; e < rq->events; e++)
+            for (int k = 0; k < rq->event[e].sets; k++, root++)
+                if (b->at->fired[e] && rq->event[e].set[k].variable >= 0)
+                    y[rq->event[e].set[k].variable] = num_dd_mul_d(num_dd_add(slope[root * q + d], num_dd_mul(rate[root], b->tau[d])), 1 + b->f->wrong);
+        carry(b, y, b->y + (size_t)d * (size_t)b->to->n);
+    }
+    return true;
+}
+
+/* x gets the derivatives of what equations differentiate; the others are near enough to be solved for. */
+static bool go_on(struct between *b, num_dd *x, struct sga_arena *mem, struct sga_error *err)
+{
+    const struct jump_slope *s = b->to->slope;
+    int n = b->to->n;
+    num_dd *field = sga_zeros(mem, (size_t)n + 1, sizeof *field);
+    for (int k = 0; k < n; k++) {
+        double off = fabs(num_dd_sub(b->x[k], b->asked[k]).hi);
+        if (b->to->moving[k] && !(b->landed->known[k] && off <= STAYS * (1 + fabs(b->x[k].hi))))
+            return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "at %.10g what is set lies off the constraints, and the derivatives of the nearest point are known to a double's digits; use \"double\", or set values "
+                            "that satisfy them", b->at->t);
+        x[k] = b->x[k];
+    }
+    for (int d = 0; d < b->q; d++)
+        for (int k = 0; k < n; k++)
+            x[n + d * n + k] = num_dd_of(b->landed->slope[d * n + k]);
+    if (!evaluate(s->field, s->rows.all, b->f->t, x, NULL, 0, field, NULL, n))
+        return no_value(b, err);
+    for (int d = 0; d < b->q; d++)
+        for (int k = 0; k < n; k++)
+            if (b->to->moving[k])
+                x[n + d * n + k] = num_dd_sub(b->y[d * n + k], num_dd_mul(field[k], b->tau[d]));
+    return true;
+}
+
+bool jump_fine_turn(struct jump_fine *f, const struct turn *s, const struct jump_at *at, const struct jump_to *to, struct sga_error *err)
+{
+    SGA_ARENA(mem);
+    struct between b = { f, s->changing ? &s->before : &s->j, &s->j, at, to, s->j.slope ? s->j.slope->rows.q : 0, NULL, NULL, NULL, NULL, NULL };
+    size_t n = (size_t)b.to->n, all = n * (size_t)(1 + b.q);
+    b.asked = sga_zeros(&mem, n + 1, sizeof *b.asked);
+    b.x = sga_zeros(&mem, n + 1, sizeof *b.x);
+    b.tau = sga_zeros(&mem, (size_t)b.q + 1, sizeof *b.tau);
+    b.y = sga_zeros(&mem, all + 1, sizeof *b.y);
+    b.field = sga_zeros(&mem, (size_t)b.from->n + 1, sizeof *b.field);
+    if (!assign(&b, &mem) || (b.q && !along(&b, &mem)))
+        return no_value(&b, err);
+    if (!place(&b, &mem, err))
+        return false;
+    num_dd *x = sga_calloc(all + 1, sizeof *x);
+    memcpy(x, b.x, n * sizeof *x);
+    bool ok = !b.q || go_on(&b, x, &mem, err);
+    free(f->x);
+    f->x = x;
+    f->t = num_dd_add_d(f->t, f->wrong * fabs(f->t.hi));        /* as in double, all to one side at the worst */
+    return ok;
+}
+
+bool jump_fine_begin(struct jump_fine *f, struct jump_piece *q, const struct turn *s, int done, int samples, struct sga_error *err)
+{
+    struct traj_mode own = jump_carried(s->mode);
+    struct expr_store *st = own.sys->store;
+    int n = s->j.n, all = own.sys->variables;
+    f->exact = sga_realloc(f->exact, ((size_t)all + 1) * sizeof *f->exact);
+    f->sample = sga_realloc(f->sample, ((size_t)samples + 1) * sizeof *f->sample);
+    for (int k = 0; k < all; k++) {
+        bool moves = s->j.moving[k % n], known = k < n || moves;
+        f->exact[k] = known ? constant(st, f->x[k]) : EXPR_UNDEF;
+        q->given[k] = known;
+        q->held[k] = moves;
+        q->x[k] = f->x[k].hi;
+    }
+    for (int i = done; i < samples; i++)
+        f->sample[i] = constant(st, f->time[i]);
+    q->q.start = f->t.hi;
+    q->q.exact_start = constant(st, f->t);
+    q->q.exact_initial = f->exact;
+    q->q.exact_time = f->sample + done;
+    assert(done <= samples);
+    return expr_store_ok(st) || (*err = st->error, false);
+}
+
+double jump_fine_apart(const char *a, const char *b)
+{
+    return a && b ? fabs(num_dd_sub(of_text(a), of_text(b)).hi) : INFINITY;
+}
+
+char *jump_fine_text(char *text, double error)
+{
+    if (!text)
+        return NULL;
+    char *to = precise_digits(of_text(text), error);
+    free(text);
+    return to;
+}
