@@ -184,7 +184,9 @@ static bool place(struct between *b, struct sga_arena *mem, struct sga_error *er
     }
     if (precise_place(j->sys, j->sol, &q, b->x, err))
         return true;
-    if (err->code == SGA_E_NOT_SUPPORTED)
+    bool digits = err->code == SGA_E_NOT_SUPPORTED;
+    *err = digits ? (struct sga_error){ 0 } : *err;
+    if (digits)
         sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "at %.10g what is set lies off the constraints, and the nearest point is known to a double's digits only; use \"double\", or set values that satisfy "
                     "them", t);
     return false;

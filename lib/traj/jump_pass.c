@@ -280,6 +280,26 @@ static bool read_end(struct jump_pass *p, const struct turn *s, const struct tra
            || sga_fail(err, SGA_E_NOT_SUPPORTED, "at %.10g the motion has no digits beyond those of a double; use \"double\"", piece->ended_t);
 }
 
+/* In double-double: samples at the time of the event that ended a piece, to its roundings, have the values before it. error: of the piece's samples. */
+static void fill_samples(struct jump_pass *p, const struct traj_request *rq, double error)
+{
+    struct traj_result *r = &p->r;
+    size_t columns = (size_t)r->columns, last = (size_t)r->happened - 1;
+    const struct traj_happening *h = r->happening + last;
+    double told = isfinite(h->error) ? h->error : 0;
+    while (r->rows < rq->samples && p->direction * num_dd_sub(p->fine->time[r->rows], p->fine->t).hi <= told) {
+        size_t row = (size_t)r->rows * columns;
+        r->t[r->rows] = rq->times[r->rows];
+        r->rows++;
+        memcpy(r->value + row, r->happened_value + last * columns, columns * sizeof *r->value);
+        for (size_t k = 0; k < columns; k++) {
+            const char *text = r->happened_digits[last * (columns + 1) + k + 1];
+            r->digits[row + k] = text ? sga_strdup(text) : NULL;
+            p->each[row + k] = fmax(error, 0) + told * (1 + fabs(r->value[row + k]));
+        }
+    }
+}
+
 /* The whole motion once. *p is cleared where it fails. */
 bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
                      struct sga_error *err)
@@ -324,13 +344,16 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         }
         ok = ok && (!p->fine || read_end(p, &s, &piece, err));
         jump_join(p, &q, &piece);
+        if (p->fine && piece.ended_event >= 0)
+            fill_samples(p, rq, piece.error_estimate);
         jump_note_switches(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = jump_direction(rq);
         more = ok && ((!s.j.slope && pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t)) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
-        while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
+        while (more && !p->fine && done < rq->samples && (rq->times[done] - t) * direction <= 0)
             done++;
+        done = p->fine ? p->r.rows : done;
         more &= done < rq->samples;
         double late = p->fine ? 0 : wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
         q.q.start = more && (rq->times[done] - t) * direction > 2 * late ? t + direction * late : t;
