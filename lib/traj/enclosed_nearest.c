@@ -26,6 +26,8 @@
 
 /* log2 of 1/sqrt(w) from one tier to the next: at first, how it grows, and beyond half of the bits at the end. */
 static const double FIRST = 10, GROWS = 1.5, BEYOND = 16;
+/* Unknowns, whose matrices have several times the motion's bits. */
+enum { MOST = 200 };
 /* Beside 1 + its size, what was given is there in double. */
 static const double THERE = 1e-9;
 
@@ -193,7 +195,7 @@ static bool in_stage(const struct sys_system *sys, const struct enclose_problem 
     bool ok = expr_store_ok(st) && search(&w, asked, FIRST, t0, prec);
     if (ok)
         _arb_vec_set(x, w.u, n);
-    bool tight = ok && asked->levels > 1 && tighten(&w, asked, t0, prec);
+    bool tight = ok && asked->levels > 1 && unknowns <= MOST && tighten(&w, asked, t0, prec);
     for (int j = 0; j < n && tight; j++) {
         _arb_vec_set(x + j, w.u + j, 1);
         if (w.solved[j])
