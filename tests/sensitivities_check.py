@@ -256,7 +256,7 @@ class Check:
     def same(self, label, one, two):
         """Two requests that say the same: columns of motion and derivatives agree to what is told of both."""
         one, two = self.motion(label, one), self.motion(label, two)
-        if not one or not two:
+        if not one or not two or not self.tally.check("sensitivities" in one and "sensitivities" in two, f"{label}: there are derivatives"):
             return
         parts = (("the motion", one, two), ("derivatives", one["sensitivities"], two["sensitivities"]))
         for what, a, b in parts:
@@ -293,6 +293,8 @@ class Check:
         k = sum(v * v for v in start.values())**0.5 * (1 if len(given) < len(names) else 1.1)
         ask = request(equations(names + ["lam"], lines, {"a": "0.7", "b": "-1.2", "k": f"{k:.6f}"}), {x: start[x] for x in given}, 1, ["a", "k"], given[:1])
         self.differences(f"random {n}", ask, True)
+        if n % 2:
+            self.same(f"random {n}, balls and double-double", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
         self.order(f"random {n}", ask)
 
     def random_rods(self, n):
@@ -315,6 +317,8 @@ class Check:
         start |= {f"{c}'": round(rng.uniform(-0.3, 0.3), 3) for c in rng.sample(list(start), rng.randint(0, len(start)))}
         ask = request(equations(list(force) + [f"f{i}" for i in range(len(points) - 1)], lines, {"L": "1.1", "m": "0.9"}), start, 0.6, ["L", "m"], rng.sample(list(start), 2), outputs=list(force))
         self.differences(f"rods {n}", ask, True)
+        if n % 2:
+            self.same(f"rods {n}, balls and double-double", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
         t = self.motion(f"rods {n}", ask)
         s = t["sensitivities"] if t else {"start": None, "column_errors": [0]}
         self.tally.check(s["start"] == "solved" and max(s["column_errors"]) < 1e-5, f"rods {n}: errors are small", str((s["start"], max(s["column_errors"]))))

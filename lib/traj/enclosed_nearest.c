@@ -27,7 +27,7 @@
 /* log2 of 1/sqrt(w) from one tier to the next: at first, how it grows, and beyond half of the bits at the end. */
 static const double FIRST = 10, GROWS = 1.5, BEYOND = 16;
 /* Unknowns, whose matrices have several times the motion's bits. */
-enum { MOST = 200 };
+enum { MOST = 100 };
 /* Beside 1 + its size, what was given is there in double. */
 static const double THERE = 1e-9;
 
@@ -101,59 +101,70 @@ static expr_id asked_value(struct expr_store *st, const struct asked *q, int i)
     return known ? q->rq.exact_initial[i] : i < q->base ? exact(st, q->rq.initial[j]) : expr_int(st, 0);
 }
 
-/* The conditions into function; returns how many. symbol: variables, their derivatives, multipliers of the constraints, each before those of its derivatives, and w. With
- * L = sum lambda_i xi_i the conditions' derivatives along a direction are w (S - g') / s^2 + (sum Lambda_i xi_i + lambda_i (xi_i,x S + xi_i,k))_x = 0. */
-static int conditions(struct expr_store *st, const struct sga_solution *sol, const struct asked *q, const int *symbol, expr_id *function)
+/* The conditions of direction d (0: of the point itself) into function; returns how many. symbol: variables, their derivatives, multipliers of the constraints, each before those of its
+ * derivatives, and w. With L = sum lambda_i xi_i the conditions' derivatives along a direction are
+ *     w (S - g') / s^2 + (sum Lambda_i xi_i + lambda_i (xi_i,x S + xi_i,k))_x = 0,   xi_i,x S + xi_i,k = 0. */
+static int conditions(struct expr_store *st, const struct sga_solution *sol, const struct asked *q, const int *symbol, int d, expr_id *function)
 {
     int each = 1 + q->directions, n = q->base * each, count = 0;
-    expr_id w = st->symbol[symbol[n + sol->constraints]].node;
+    expr_id w = st->symbol[symbol[n + sol->constraints]].node, sum = expr_int(st, 0);
     assert(sol->constraints % each == 0);       /* each is followed by its derivatives */
-    for (int i = 0; i < sol->constraints; i++)
-        function[count++] = sol->constraint[i].expr;
-    for (int d = 0; d < each; d++) {
-        expr_id sum = expr_int(st, 0);
-        for (int i = 0; i < sol->constraints; i += each) {
-            expr_id lambda = st->symbol[symbol[n + i]].node;
-            sum = expr_add(st, sum, expr_mul(st, d ? st->symbol[symbol[n + i + d]].node : lambda, sol->constraint[i].expr));
-            sum = d ? expr_add(st, sum, expr_mul(st, lambda, sol->constraint[i + d].expr)) : sum;
-        }
-        for (int j = 0; j < q->base; j++) {
-            if (held(q, j))
-                continue;
-            int i = q->base * d + j, level = q->level[q->tier[j]];
-            expr_id far = expr_div(st, expr_sub(st, st->symbol[symbol[i]].node, asked_value(st, q, i)), expr_powi(st, exact(st, q->unit[j]), 2));
-            far = level ? expr_mul(st, far, expr_powi(st, w, level)) : far;
-            function[count++] = expr_add(st, far, expr_diff(st, sum, symbol[j]));
-        }
+    for (int i = 0; i < sol->constraints; i += each) {
+        expr_id lambda = st->symbol[symbol[n + i]].node;
+        function[count++] = sol->constraint[i + d].expr;
+        sum = expr_add(st, sum, expr_mul(st, d ? st->symbol[symbol[n + i + d]].node : lambda, sol->constraint[i].expr));
+        sum = d ? expr_add(st, sum, expr_mul(st, lambda, sol->constraint[i + d].expr)) : sum;
+    }
+    for (int j = 0; j < q->base; j++) {
+        if (held(q, j))
+            continue;
+        int i = q->base * d + j, level = q->level[q->tier[j]];
+        expr_id far = expr_div(st, expr_sub(st, st->symbol[symbol[i]].node, asked_value(st, q, i)), expr_powi(st, exact(st, q->unit[j]), 2));
+        far = level ? expr_mul(st, far, expr_powi(st, w, level)) : far;
+        function[count++] = expr_add(st, far, expr_diff(st, sum, symbol[j]));
     }
     return count;
 }
 
 /* What is searched: unknowns and w. */
 struct point {
+    struct expr_store *st;
     struct enclose_problem q;
-    expr_id *function; int functions;
-    unsigned char *solved;
+    const struct sga_solution *sol;
+    const struct asked *asked;
+    const arb_struct *t0;
+    slong prec;
+    expr_id *function; unsigned char *solved;      /* of one direction */
     arb_ptr u;
 };
 
-/* With w = 2^(-2 r) from tier to tier. */
-static bool search(const struct point *w, const struct asked *asked, double r, const arb_t t0, slong prec)
+/* Direction d with w = 2^(-2 r) from tier to tier; 0 comes first, and then each by itself, for all points in the ball of that. */
+static bool search(const struct point *w, int d, double r)
 {
+    const struct asked *q = w->asked;
+    int each = 1 + q->directions, n = q->base * each, unknowns = 0;
     struct sga_error ignored = { 0 };
     arb_ptr loose = w->u + w->q.n - 1;
     arb_one(loose);
     arb_mul_2exp_si(loose, loose, -2 * (slong)r);
-    return enclose_zero(&w->q, w->function, w->functions, t0, w->solved, prec + 2 * (slong)r * asked->levels, w->u, &ignored);
+    memset(w->solved, 0, (size_t)w->q.n);
+    for (int j = 0; j < q->base; j++)
+        unknowns += w->solved[q->base * d + j] = !held(q, j);
+    for (int i = d; i < w->sol->constraints; i += each)
+        unknowns += w->solved[n + i] = 1;
+    int functions = conditions(w->st, w->sol, q, w->q.variable, d, w->function);
+    assert(functions == unknowns);       /* interval Newton is for as many conditions */
+    return expr_store_ok(w->st) && enclose_zero(&w->q, w->function, functions, w->t0, w->solved, w->prec + 2 * (slong)r * q->levels, w->u, &ignored);
 }
 
-/* From tier to tier as told from nothing. */
-static bool tighten(const struct point *w, const struct asked *asked, const arb_t t0, slong prec)
+/* From tier to tier as told from nothing. *last: the r at which that is so. */
+static bool tighten(const struct point *w, double *last)
 {
-    double r = FIRST, last = (double)prec / 2 + BEYOND;
-    while (r < last) {
-        r = fmin(GROWS * r, last);
-        if (!search(w, asked, r, t0, prec))
+    double r = FIRST;
+    *last = (double)w->prec / 2 + BEYOND;
+    while (r < *last) {
+        r = fmin(GROWS * r, *last);
+        if (!search(w, 0, r))
             return false;
     }
     return true;
@@ -174,34 +185,33 @@ static bool in_stage(const struct sys_system *sys, const struct enclose_problem 
                      slong prec, arb_ptr x)
 {
     struct expr_store *st = sys->store;
-    int n = p->n, c = sol->constraints, all = n + c + 1, unknowns = 0;
+    int n = p->n, c = sol->constraints, all = n + c + 1;
     SGA_FREED int *symbol = sga_malloc((size_t)(all + 1) * sizeof *symbol);
-    struct point w = { .u = _arb_vec_init(all), .solved = sga_calloc((size_t)all + 1, 1), .function = sga_malloc((size_t)(all + 1) * sizeof(expr_id)) };
+    struct point w = { .st = st, .sol = sol, .asked = asked, .t0 = t0, .prec = prec, .u = _arb_vec_init(all), .solved = sga_calloc((size_t)all + 1, 1),
+                       .function = sga_malloc((size_t)(all + 1) * sizeof(expr_id)) };
     memcpy(symbol, p->variable, (size_t)n * sizeof *symbol);
     for (int i = 0; i < c; i++)
         symbol[n + i] = symbol_of(st, "multiplier of constraint", i);
     symbol[n + c] = symbol_of(st, "weight of tier", 1);
-    for (int j = 0; j < n + c; j++) {
-        w.solved[j] = j >= n || !held(asked, j);
-        unknowns += w.solved[j];
-        if (!w.solved[j])
+    for (int j = 0; j < n; j++)
+        if (held(asked, j))
             enclosed_constant(st, asked_value(st, asked, j), 0, 2 * prec, w.u + j);
-        else if (j < n)
+        else
             arb_set_d(w.u + j, near[j]);
-    }
-    w.functions = conditions(st, sol, asked, symbol, w.function);
-    assert(w.functions == unknowns);       /* interval Newton is for as many conditions */
     w.q = (struct enclose_problem){ .st = st, .variable = symbol, .n = all, .time = p->time, .tables = p->tables, .budget = p->budget };
-    bool ok = expr_store_ok(st) && search(&w, asked, FIRST, t0, prec);
+    double r = FIRST;
+    bool ok = search(&w, 0, FIRST);
     if (ok)
-        _arb_vec_set(x, w.u, n);
-    bool tight = ok && asked->levels > 1 && unknowns <= MOST && tighten(&w, asked, t0, prec);
-    for (int j = 0; j < n && tight; j++) {
+        _arb_vec_set(x, w.u, asked->base);
+    bool tight = ok && asked->levels > 1 && all / (1 + asked->directions) <= MOST && tighten(&w, &r);
+    ok = ok && (tight || asked->levels < 2 || !asked->directions);
+    for (int d = 1; d <= asked->directions && ok; d++)
+        ok = search(&w, d, r);
+    for (int j = 0; j < n && ok && (tight || asked->directions); j++) {
         _arb_vec_set(x + j, w.u + j, 1);
-        if (w.solved[j])
+        if (tight && !held(asked, j))
             add_rest(x + j, prec);
     }
-    ok = ok && (tight || asked->levels < 2 || !asked->directions);
     _arb_vec_clear(w.u, all);
     free(w.solved);
     free(w.function);
