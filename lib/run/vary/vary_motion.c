@@ -56,6 +56,19 @@ static void keep_common(struct traj_result *r, const struct traj_result *other)
     memcpy(r->ended_detail, other->ended_detail, sizeof r->ended_detail);
 }
 
+/* In double-double: the start near these slopes, to its digits. False: it is not told so well, or err. */
+static bool with_all_digits(const struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct sweep_case *c, const double *slope, expr_id *exact,
+                            struct sga_error *err)
+{
+    SGA_ARENA(mem);
+    if (c->request.arithmetic != TRAJ_DOUBLE_DOUBLE || !to->exact_start || at->rq->relations || at->rq->low)
+        return false;
+    double *unit = sga_zeros(&mem, (size_t)m->request.system.variables + 1, sizeof *unit);
+    bool ok = vary_start_units(m, at, unit, err) && variation_place_nearest(v, &c->request, at->x, slope, unit) && variation_digits(v, &c->system, &c->solution, &c->request, exact);
+    c->request.asked = NULL;
+    return ok;
+}
+
 /* The motions from the best slopes and from ones that are off by what these may be off. */
 static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at,
                             struct vary_copies *p, struct sga_error *err)
@@ -77,6 +90,11 @@ static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct
         to->exact_start = true;
         return variation_starts_clear(v, &c->system, &c->request, err) && run(p, &to->result, err);
     }
+    expr_id *exact = sga_zeros(&mem, (size_t)c->system.variables + 1, sizeof *exact);
+    if (with_all_digits(to, m, v, at, c, slope, exact, err))
+        return variation_starts_clear(v, &c->system, &c->request, err) && run(p, &to->result, err);
+    if (err->code != SGA_E_OK)
+        return false;
     variation_place_at(v, &c->request, at->x, slope);
     if (!variation_starts_clear(v, &c->system, &c->request, err) || !run(p, &to->result, err))
         return false;
