@@ -171,12 +171,6 @@ def random_slide(rng):
     return sliding(["x", "v"], ["x' = v", f"v' = -k*x - c*sign(v - {speed}) + {push}"], p, start, stop, rng.sample(sorted(p), 2), ["x", "v"])
 
 
-# all but impulses, and what is projected
-IN_DOUBLE_DOUBLE = ("a ball, by its start", "a floor that moves", "what is set depends on time", "against time", "a field with a kink, and drag", "a field that jumps", "a relay",
-                    "an oscillator in a clearance", "two balls", "a time that is given", "a curve on which the rest follows", "a circle, of which one coordinate is set",
-                    "a converter whose choke runs empty")
-
-
 PAIR = equations(["x", "v", "y", "w"], ["x' = v", "v' = -2", "y' = w", "w' = -2"])
 BOTH = events(("x", "down", {"v": "-e*v"}), ("y", "down", {"w": "-e*w"}))
 
@@ -201,8 +195,6 @@ REFUSED = [
     ("in balls", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 1}, 1.5, ["g"], ["x"], events(GROUND), {"arithmetic": "ball"}), "not_supported", "/trajectory/events/0/set"),
     ("impulses in double-double", ask(BEAD, {"m": "1.3", "L": "1", "e": "0.5"}, {"x": 0.8}, 1.2, ["m"], ["x"], events(("x - 3/5", "down", {"x'": "-e*x'"})), {"arithmetic": "double-double"}),
      "not_supported", "/trajectory/events/0/set"),
-    ("off the constraints in double-double", ask(PENDULUM, OF_PENDULUM, {"x": 1}, 1.2, ["g", "L"], ["x"], events(("x - 1/5", "down", {"x": "1/4 + e/5"})), {"arithmetic": "double-double"}),
-     "not_supported", "/trajectory/events"),
 ]
 
 

@@ -45,6 +45,8 @@ struct asked {
     struct traj_request rq;       /* its initial, given and held are those */
     double *unit;                 /* base */
     signed char *tier;            /* base; -1: held */
+    bool known;                   /* as traj_asked has it */
+    unsigned char *skip;          /* by constraint: it has held variables alone, and is known to hold */
     int level[TIERS], levels;     /* by tier */
 };
 
@@ -59,6 +61,7 @@ static void ask(const struct traj_request *rq, const struct sizes *sizes, int n,
     }
     q->unit = sga_malloc((size_t)(q->base + 1) * sizeof *q->unit);
     q->tier = sga_calloc((size_t)q->base + 1, 1);
+    q->known = own && own->known;
     for (int j = 0; j < q->base; j++)
         q->unit[j] = own ? own->unit[j] : sizes_move(sizes, j, q->rq.initial[j]);
 }
@@ -79,6 +82,23 @@ static void enter_stage(struct asked *q, const struct sys_system *sys, enum tier
     }
 }
 
+static bool held(const struct asked *q, int j)
+{
+    return q->tier[j % q->base] < 0;
+}
+
+static void find_skips(struct asked *q, const struct sys_system *sys, const struct sga_solution *sol)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    expr_cone_init(&cone);
+    for (int i = 0; i < sol->constraints; i++) {
+        bool free = !q->known;
+        for (int j = 0; j < q->base && !free; j++)
+            free = !held(q, j) && expr_depends(sys->store, &cone, sol->constraint[i - i % (1 + q->directions)].expr, sys->variable[j].symbol);
+        q->skip[i] = !free;
+    }
+}
+
 /* A symbol that no request can name. */
 static int symbol_of(struct expr_store *st, const char *what, int i)
 {
@@ -86,11 +106,6 @@ static int symbol_of(struct expr_store *st, const char *what, int i)
     snprintf(name, sizeof name, "%s %d", what, i);
     expr_symbol_add(st, name, EXPR_PARAMETER);
     return expr_symbol_find(st, name, strlen(name));
-}
-
-static bool held(const struct asked *q, int j)
-{
-    return q->tier[j % q->base] < 0;
 }
 
 /* Variable i (or derivative of one) of what was asked. */
@@ -110,6 +125,8 @@ static int conditions(struct expr_store *st, const struct sga_solution *sol, con
     expr_id w = st->symbol[symbol[n + sol->constraints]].node, sum = expr_int(st, 0);
     assert(sol->constraints % each == 0);       /* each is followed by its derivatives */
     for (int i = 0; i < sol->constraints; i += each) {
+        if (q->skip[i])
+            continue;
         expr_id lambda = st->symbol[symbol[n + i]].node;
         function[count++] = sol->constraint[i + d].expr;
         sum = expr_add(st, sum, expr_mul(st, d ? st->symbol[symbol[n + i + d]].node : lambda, sol->constraint[i].expr));
@@ -151,7 +168,7 @@ static bool search(const struct point *w, int d, double r)
     for (int j = 0; j < q->base; j++)
         unknowns += w->solved[q->base * d + j] = !held(q, j);
     for (int i = d; i < w->sol->constraints; i += each)
-        unknowns += w->solved[n + i] = 1;
+        unknowns += w->solved[n + i] = !q->skip[i];
     int functions = conditions(w->st, w->sol, q, w->q.variable, d, w->function);
     assert(functions == unknowns);       /* interval Newton is for as many conditions */
     return expr_store_ok(w->st) && enclose_zero(&w->q, w->function, functions, w->t0, w->solved, w->prec + 2 * (slong)r * q->levels, w->u, &ignored);
@@ -233,11 +250,14 @@ bool enclosed_nearest(const struct sys_system *sys, const struct enclose_problem
     struct asked asked;
     bool found = false;
     ask(rq, sizes, p->n, &asked);
+    asked.skip = sga_calloc((size_t)sol->constraints + 1, 1);
     for (int stage = TIERS_KEEP_STATES; stage <= TIERS_MOVE_ALL && !found && sga_budget_ok(p->budget, NULL); stage++) {
         enter_stage(&asked, sys, (enum tiers_stage)stage);
+        find_skips(&asked, sys, sol);
         found = may_be(&asked, near) && in_stage(sys, p, sol, &asked, near, t0, prec, x);
     }
     free(asked.unit);
     free(asked.tier);
+    free(asked.skip);
     return found;
 }

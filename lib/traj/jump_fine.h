@@ -24,7 +24,7 @@ void jump_fine_free(struct jump_fine *f);
 void jump_fine_first(struct jump_piece *q, const struct traj_request *rq);
 /* t and x of the last happening of a piece with so many variables. False: it has no digits. */
 bool jump_fine_end(struct jump_fine *f, const struct traj_result *piece, int all);
-/* After turn_land: t and x where the motion goes on. False with err: NOT_SUPPORTED where derivatives would need more than what is set. */
+/* After turn_land: t and x where the motion goes on. False with err: NOT_SUPPORTED where the nearest point is not told to these digits. */
 bool jump_fine_turn(struct jump_fine *f, const struct turn *s, const struct jump_at *at, const struct jump_to *to, struct sga_error *err);
 /* The piece in this mode begins there, with the samples from `done` on. */
 bool jump_fine_begin(struct jump_fine *f, struct jump_piece *q, const struct turn *s, int done, int samples, struct sga_error *err);

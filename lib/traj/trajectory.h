@@ -115,6 +115,7 @@ struct traj_slopes {
  * the point nearest to values of its own, which come first in exact_initial, before their derivatives. */
 struct traj_asked {
     bool nearest;
+    bool known;               /* constraints of held values alone are known to hold: they are not asked for a proof */
     int base, directions;     /* as above */
     const double *initial, *unit; const unsigned char *given, *held;   /* nearest; base each: as of struct traj_request; by variable what a distance of 1 is */
 };

@@ -200,7 +200,7 @@ bool variation_place_nearest(struct variation *v, struct traj_request *rq, const
     if (v->of_defined)
         return false;
     variation_place_at(v, rq, whole, slope);
-    v->asked = (struct traj_asked){ true, v->n, v->directions, v->guess, unit, v->guessed, v->kept };
+    v->asked = (struct traj_asked){ true, false, v->n, v->directions, v->guess, unit, v->guessed, v->kept };
     rq->asked = &v->asked;
     rq->exact_initial = exact;
     return true;
