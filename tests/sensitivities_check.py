@@ -2,7 +2,8 @@
 
 - closed forms, differentiated by SymPy: parameters, initial values, switches, starts that are nearest points;
 - differences of motions in double-double, carried to a step of 0: every form, index 3, gauge choices, tables, kinks and jumps of field and constraints;
-- the same through events that set variables (saltation.py);
+- the same through events that set variables, with tables, and through slides (saltation.py); requests with tables against the same written as expressions;
+- double-double against double, where derivatives jump by other code; balls against closed forms, which they must hold, and against double-double;
 - random systems with a multiplier; what does not depend on the order of equations; refusals, with code and place.
 
 Differences are good to some 1e-9 in double (where motions jump or have tables), and to some 1e-13 else.
@@ -317,7 +318,7 @@ class Check:
         start |= {f"{c}'": round(rng.uniform(-0.3, 0.3), 3) for c in rng.sample(list(start), rng.randint(0, len(start)))}
         ask = request(equations(list(force) + [f"f{i}" for i in range(len(points) - 1)], lines, {"L": "1.1", "m": "0.9"}), start, 0.6, ["L", "m"], rng.sample(list(start), 2), outputs=list(force))
         self.differences(f"rods {n}", ask, True)
-        if n % 2:
+        if n % 2 and len(points) < 4:
             self.same(f"rods {n}, balls and double-double", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
         t = self.motion(f"rods {n}", ask)
         s = t["sensitivities"] if t else {"start": None, "column_errors": [0]}
