@@ -3,6 +3,8 @@
 #ifndef SGA_TRAJ_JUMP_FINE_H
 #define SGA_TRAJ_JUMP_FINE_H
 
+#include <arb.h>
+
 #include "dd.h"
 #include "jump_piece.h"
 
@@ -24,10 +26,13 @@ void jump_fine_free(struct jump_fine *f);
 void jump_fine_first(struct jump_piece *q, const struct traj_request *rq);
 /* t and x of the last happening of a piece with so many variables. False: it has no digits. */
 bool jump_fine_end(struct jump_fine *f, const struct traj_result *piece, int all);
-/* After turn_land: t and x where the motion goes on. False with err: NOT_SUPPORTED where the nearest point is not told to these digits. */
+/* jump_fine_turn.c. After turn_land: t and x where the motion goes on. False with err: NOT_SUPPORTED where the nearest point is not told to these digits. */
 bool jump_fine_turn(struct jump_fine *f, const struct turn *s, const struct jump_at *at, const struct jump_to *to, struct sga_error *err);
 /* The piece in this mode begins there, with the samples from `done` on. */
 bool jump_fine_begin(struct jump_fine *f, struct jump_piece *q, const struct turn *s, int done, int samples, struct sga_error *err);
+/* Inside this module: the middle of a ball; and a constant of the store. */
+num_dd jump_fine_ball(const arb_t a);
+expr_id jump_fine_constant(struct expr_store *st, num_dd v);
 /* |a - b| of two texts. */
 double jump_fine_apart(const char *a, const char *b);
 /* A text again with the digits that this error leaves; takes the old one. */
