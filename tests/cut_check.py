@@ -129,8 +129,10 @@ def compare(tally, solver, label, request):
     check_beside(tally, solver, label, beside, a, b)
     tally.check("not_modelled" not in b["evidence"] and b["work"]["variables"] == b["work"]["variables_modelled"], f"{label}: the whole system")
     less = a["evidence"].get("not_modelled", {"variables": 0, "apart": 0, "follow": 0, "names": []})
-    tally.check(less["variables"] == a["work"]["variables"] - a["work"]["variables_modelled"] == less["apart"] + less["follow"], f"{label}: counts", less)
-    tally.check(len(a["variables"]) == a["work"]["variables_modelled"] and not {v["name"] for v in a["variables"]} & set(less["names"]), f"{label}: variables")
+    moved = a["work"].get("variables_moved", a["work"]["variables_modelled"])
+    tally.check(less["variables"] == a["work"]["variables"] - moved == less["apart"] + less["follow"], f"{label}: counts", less)
+    here = {v["name"] for v in a["variables"]}
+    tally.check(len(a["variables"]) == a["work"]["variables_modelled"] and moved == len(here - set(less["names"])), f"{label}: variables", (here, less))
     given = {**a["trajectory"]["initial"]["given"], **a["trajectory"]["initial"].get("not_modelled", {})}
     tally.check(set(given) == set(request["trajectory"]["initial"]), f"{label}: no given value is lost", given)
     return a
@@ -314,6 +316,8 @@ def behind(tally, solver):
             c, _ = solver.solve({**request, "want": ["trajectory", "constraints"]})
             left = [v["name"] for v in c["variables"] if v["name"] not in c["evidence"].get("not_modelled", {"names": []})["names"]]
             tally.check(left == names, f"{label}: moved", left)
+            left = [v["name"] for v in a["variables"] if v["name"] not in a["evidence"].get("not_modelled", {"names": []})["names"]]
+            tally.check(left == names and a["work"].get("variables_moved", a["work"]["variables_modelled"]) == len(names), f"{label}: moved for the trajectory alone", left)
 
 
 def energies(tally, solver):

@@ -6,17 +6,10 @@
 #include <string.h>
 
 #include "budget.h"
-#include "share.h"
-#include "error.h"
 #include "larger.h"
 #include "march.h"
 #include "mem.h"
 
-#define LOOK_EVERY 5000        /* attempts between looks at whether the stop is in reach */
-#define BUDGET_EVERY 8         /* attempts between looks at the clock, */
-#define BUDGET_TIME 0.02       /* where they take no longer than this (seconds) */
-#define BEYOND_HOPE 5.0        /* times the limit of steps */
-#define ACROSS_LOOKS 5
 #define AT_ENDING 1e-7         /* of the way made: a sample this near to an ending is not asked for */
 #define BREAK_PART 0.41
 #define FIRST_SERIES 1000.0    /* times longer than usual: a bound for the first step */
@@ -191,6 +184,12 @@ static double fit_samples(const struct ode_march *m, double h, double *aim)
     return d / parts;
 }
 
+/* Of the way from break to break, and of all of it, where the errors of steps depend on nothing but their sizes: series are of another order too. */
+static double longest_piece(const struct ode_march *m)
+{
+    return m->method->series ? m->piece : fmin(m->piece, fabs(m->stop - m->start->t));
+}
+
 /* |h| cut so that the march ends on the stop, and not with a sliver of a step. *aim: where
  * the step is to end exactly, or NAN. */
 static double cut(struct ode_march *m, double h, double *aim)
@@ -199,8 +198,8 @@ static double cut(struct ode_march *m, double h, double *aim)
     *aim = NAN;
     if (m->o->max_step > 0)
         h = fmin(h, m->o->max_step);
-    if (m->level)       /* solutions that are compared take different steps: between breaks, other parts */
-        h = fmin(h, m->piece * BREAK_PART / (0.4 + 0.6 * m->level));
+    if (m->level)       /* solutions that are compared take different steps, or their errors are the same: between breaks, other parts */
+        h = fmin(h, longest_piece(m) * BREAK_PART / (0.4 + 0.6 * m->level));
     h = fit_samples(m, ode_within(m->p->piece, m->p->pieces, &m->next_piece, m->t, m->direction, h), aim);
     double kink = m->kinks ? ode_kinks_cut(m, h) : h;
     kink = m->bands ? ode_bands_cut(m, kink) : kink;
@@ -291,11 +290,17 @@ static void swap(double **a, double **b)
     *b = c;
 }
 
+double ode_errors(const struct ode_march *m)
+{
+    return m->errors + (m->method->implicit ? fmax(1, m->step.error) : m->step.error);
+}
+
 static void commit(struct ode_march *m, double h, int through)
 {
     struct ode_stats *s = &m->res->stats;
     assert(m->step.h * m->direction > 0);       /* it may be shorter than asked for, and does not turn round */
     s->steps++;
+    m->errors = ode_errors(m);
     s->smallest_step = s->smallest_step > 0 ? sga_smaller(s->smallest_step, h) : h;
     s->largest_step = sga_larger(s->largest_step, h);
     s->implicit_steps += m->method->implicit;
@@ -318,65 +323,6 @@ static void commit(struct ode_march *m, double h, int through)
         if (ode_eval(&m->field, m->t, m->x, m->work))      /* otherwise the next step says so */
             sga_copy(m->f, m->work, m->p->n);
     }
-}
-
-/* At the present pace, would the stop take far more steps than are allowed, again and
- * again, without the pace picking up? */
-static bool out_of_reach(struct ode_march *m)
-{
-    double progress = fabs(m->t - m->look_t);
-    double needed = fabs(m->stop - m->t) / fmax(progress, 1e-300) * LOOK_EVERY;
-    assert(ode_march_sane(m));
-    bool slow = needed > BEYOND_HOPE * (double)m->o->max_steps &&
-                progress <= 1.2 * m->look_progress;
-    m->hopeless = slow ? m->hopeless + 1 : 0;
-    if (m->hopeless == 1)
-        m->slow_since = m->look_t;
-    m->look_progress = progress;
-    m->look_t = m->t;
-    m->look_at += LOOK_EVERY;
-    return m->hopeless >= ACROSS_LOOKS;
-}
-
-static bool within_budget(struct ode_march *m)
-{
-    struct sga_error err = {0};     /* large: not for every attempt */
-    if (sga_budget_ok(m->o->budget, &err))
-        return true;
-    ode_end_at(m, err.code == SGA_E_CANCELLED ? ODE_CANCELLED : ODE_TIME_LIMIT, err.detail);
-    return false;
-}
-
-/* Of time, in this solution; the ones that are compared with it each take half of what is left: how many there will be is not known. */
-static void tell_share(const struct ode_march *m)
-{
-    bool several = m->o->estimate_global_error;
-    double way = fabs(m->stop - m->start->t), before = several ? 1 - ldexp(1, -m->level) : 0, part = several ? 0.5 * (1 - before) : 1;
-    if (way > 0)
-        sga_share_tell(m->o->budget, before + part * fabs(m->t - m->start->t) / way, m->t);
-}
-
-/* False: ended. */
-static bool may_go_on(struct ode_march *m)
-{
-    long attempts = m->res->stats.steps + m->res->stats.refused;
-    if (attempts >= m->budget_at) {
-        if (!within_budget(m))
-            return false;
-        double now = sga_now();
-        m->budget_at = attempts + (now - m->budget_looked < BUDGET_TIME ? BUDGET_EVERY : 1);
-        m->budget_looked = now;
-        tell_share(m);
-    }
-    if (attempts >= m->o->max_steps) {
-        ode_end_steps(m, false);
-        return false;
-    }
-    if (attempts >= m->look_at && out_of_reach(m)) {
-        ode_end_steps(m, true);
-        return false;
-    }
-    return true;
 }
 
 /* How much shorter steps must be where samples lie inside; what a look inside has told is
@@ -433,6 +379,12 @@ static bool over(struct ode_march *m)
     return true;
 }
 
+/* Steps are cut short for other reasons than their errors. */
+static bool is_bounded(const struct ode_march *m)
+{
+    return m->dense_ratio < 1 || isfinite(m->piece) || (m->level && !m->method->series) || m->kinks || m->bands || m->p->pieces;
+}
+
 static void go(struct ode_march *m)
 {
     double h;
@@ -440,10 +392,9 @@ static void go(struct ode_march *m)
         return;
     ode_control_begin(&m->control, m->method->error_order);
     m->budget_looked = sga_now();
-    m->look_at = LOOK_EVERY;
     m->look_t = m->t;
     m->look_progress = INFINITY;
-    while (may_go_on(m)) {
+    while (ode_may_go_on(m)) {
         double aim, taken = cut(m, h, &aim);
         int through = m->next;
         enum ode_refusal cause = attempt(m, &taken, aim, &through);
@@ -458,7 +409,7 @@ static void go(struct ode_march *m)
                 return;
             double next = taken * after_step(m, taken);
             /* a step cut short says little against the size that was thought right */
-            h = ode_choose(m, taken < 0.9 * h && (m->dense_ratio < 1 || isfinite(m->piece) || m->kinks || m->bands || m->p->pieces) ? fmax(h, next) : next);
+            h = ode_choose(m, taken < 0.9 * h && is_bounded(m) ? fmax(h, next) : next);
             if (m->late)       /* a step that was cut short to a sample may be of a few roundings of time only */
                 h = fmax(h, 2 * smallest_step(m));
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
@@ -486,9 +437,10 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
 {
     const struct ode_start *start = run->start;
     const struct ode_method *method = ode_method_find(run->o.method, run->o.rtol);
-    *res = (struct ode_result){.n = run->p->n, .max_error = -1, .worst = -1, .rtol = run->o.rtol,
+    *res = (struct ode_result){.n = run->p->n, .max_error = -1, .worst = -1, .rtol = run->o.rtol, .atol = run->o.atol,
                                .method = method->name, .solutions = 1};
     res->samples = sga_malloc(((size_t)start->count * (size_t)run->p->n + 1) * sizeof(double));
+    res->inside = sga_calloc((size_t)start->count + 1, sizeof(double));
     struct ode_march m = {
         .p = run->p, .start = start, .o = &run->o, .unit = run->unit, .level = run->level, .beside = run->beside, .series = run->series,
         .res = res, .method = method, .field = {run->p, &res->stats, ODE_LEFT_DOMAIN, run->beside, run->noise},
@@ -506,7 +458,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     go(&m);
     assert(ode_march_sane(&m));
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT)
-        within_budget(&m);     /* what failed may have been stopped (watch.h) */
+        ode_within_budget(&m); /* what failed may have been stopped (watch.h) */
     if (run->p->enter)
         run->p->enter(run->p->ctx, NAN, NAN);
     ode_kinks_end(&m);

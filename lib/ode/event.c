@@ -3,7 +3,7 @@
  * In each step the functions are tabulated on the step's polynomial (table.c), at their extremes too (extremes.c). A change
  * of sign is located to the rounding of time. Between
  * three values of one sign with the least in the middle, the minimum is searched: deeper
- * than the error allowed makes beyond 0 it is two passages, within it a touch. */
+ * than the error allowed makes beyond 0, or than the steps' errors were so far, it is two passages, within it a touch. */
 #include <assert.h>
 #include <float.h>
 #include <math.h>
@@ -17,6 +17,8 @@ enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };     /* events, and number
 #define SAMPLE_MOST 10.0
 /* Of a value's size: what does not tell from 0 where a motion goes on; and of times: as one. */
 static const double TOLD = 16 * DBL_EPSILON, SAME_TIME = 1e-13;
+/* Where steps have erred by less than is allowed (straight motions), so may a touch: times the sum of their errors. */
+static const double ERRORS = 4;
 
 struct track {
     signed char sign;          /* of the last value that was not 0; 0: none yet */
@@ -143,9 +145,11 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
             g = gu;
         }
     }
+    double flat = fmax(fabs(value_at(m, e, a) - g), fabs(value_at(m, e, b) - g));              /* the place is not known better */
     value_at(m, e, s);
-    double *x = w->x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x);
-    unsure += fmax(fabs(value_at(m, e, a) - g), fabs(value_at(m, e, b) - g));              /* the place is not known better */
+    double *x = w->x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x) + flat;
+    value_at(m, e, s);
+    unsure = fmin(unsure, flat + doubt_of(m, e, t, x, true) + ERRORS * ode_errors(m) * unsure);
     if (k->sign * g < -unsure) {
         add(m, e, ode_table_root(m, &m->watch->table, e, left, ga, s, g), -k->sign);
         add(m, e, ode_table_root(m, &m->watch->table, e, s, g, right, gb), k->sign);

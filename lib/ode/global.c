@@ -2,7 +2,7 @@
  *
  * Two solutions at tolerances apart by a factor of ten differ by the error of the looser
  * one. Errors follow tolerances only roughly (over a few steps they scatter by several
- * times), hence the factors below; a test holds them against closed forms and against
+ * times), hence the factors below; what both may have alike inside a step is added (inside.c); a test holds them against closed forms and against
  * references of 20 digits and more. */
 #include <assert.h>
 #include <float.h>
@@ -32,11 +32,15 @@
 /* Below this rounding may stand in for the error, which then follows no tolerance. */
 #define ROUNDING_RTOL 1e-12
 #define MOST_SOLUTIONS 7
+/* Of the size of what differs: roundings that no difference shows, and what the iterations of implicit steps leave in both (radau_newton.c: some
+ * hundredths of 1e-13 a step). */
+#define GRAIN (4 * DBL_EPSILON)
+#define IMPLICIT_GRAIN (64 * DBL_EPSILON)
 struct pair {
     const struct ode_run *run;
     int columns;
     double factor;             /* of the difference */
-    double *a, *b, *raw;       /* columns each; count */
+    double *a, *b, *inside, *raw;      /* columns each; count */
     double *each;              /* count x columns */
 };
 
@@ -56,16 +60,17 @@ static double sample_error(struct pair *q, const struct ode_result *r, const str
     const struct ode_run *run = q->run;
     size_t at = (size_t)k * (size_t)r->n;
     assert(k < other->count || other->happened > 0);
-    double most = 0, t = run->start->times[k];
+    double most = 0, t = run->start->times[k], grain = r->stats.implicit_steps ? IMPLICIT_GRAIN : GRAIN;
     outputs(q, t, r->samples + at, q->a);
     if (k < other->count)
         outputs(q, t, other->samples + at, q->b);
     else      /* it stopped shortly before, at an event */
         outputs(q, other->end.t, other->happened_x + (size_t)(other->happened - 1) * (size_t)r->n, q->b);
+    ode_inside(run, r, k, q->a, q->inside);
     const struct sga_tolerance asked = { run->o.rtol, run->o.atol };
     for (int j = 0; j < q->columns; j++) {
         double unit = !run->p->output ? run->unit[j] : run->o.output_unit ? run->o.output_unit[j] : 1;
-        double e = q->factor * fabs(q->a[j] - q->b[j]) + 4 * DBL_EPSILON * fabs(q->a[j]);
+        double e = q->factor * fabs(q->a[j] - q->b[j]) + q->inside[j] + grain * fabs(q->a[j]);
         e = isnan(e) ? INFINITY : e;
         most = sga_larger(most, e);
         q->each[(size_t)k * (size_t)q->columns + (size_t)j] = e;
@@ -133,8 +138,9 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
     int reach = other->count + (alike && other->end.reason == ODE_EVENT);
     int known = reach < res->count ? reach : res->count;
     struct pair q = {.run = run, .columns = run->p->output ? run->p->outputs : run->p->n, .factor = factor};
-    q.a = sga_malloc((2 * (size_t)q.columns + 1) * sizeof *q.a);
+    q.a = sga_malloc((3 * (size_t)q.columns + 1) * sizeof *q.a);
     q.b = q.a + q.columns;
+    q.inside = q.b + q.columns;
     q.raw = sga_malloc(((size_t)res->count + 1) * sizeof *q.raw);
     res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
     res->column_error = q.each = sga_malloc(((size_t)res->count * (size_t)q.columns + 1) * sizeof *q.each);

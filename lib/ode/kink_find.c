@@ -1,4 +1,5 @@
 /* Does a step pass a surface of a switch, and where? See kink.c. */
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -173,6 +174,7 @@ static enum ode_refusal cut_at(struct ode_march *m, int e, double size)
 {
     struct ode_kinks *k = m->kinks;
     double grain_t = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1));
+    assert(size > 0);          /* ahead */
     k->target = e;
     k->cut = m->beside && size > 20 * grain_t ? size - (double)(1 + m->res->stats.kinks % 3) * grain_t : size;    /* roundings, on purpose */
     k->tries++;
@@ -190,7 +192,7 @@ static enum ode_refusal falls_short(struct ode_march *m)
     int e = k->target, s = k->side[e];
     double h = fabs(m->step.h), speed = -s * k->rate1[e] * m->direction, rest = s * k->g1[e] / speed;
     k->target = -1;
-    if (!s || !(speed > 0) || rest > 0.1 * h) {
+    if (!s || !(speed > 0) || fabs(rest) > 0.1 * h) {       /* behind the end too: rates there say little of a surface so far */
         k->short_h = h;
         return STEP_TAKEN;
     }
@@ -242,6 +244,7 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
     if (which < 0)
         return k->target >= 0 ? falls_short(m) : STEP_TAKEN;
     if (first * h <= 4 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1))) {
+        memset(k->pending, 0, (size_t)k->count);      /* what rests is seen again in the next step */
         k->pending[which] = TURN;
         if (!kinks_turn(m))
             return ENDED;

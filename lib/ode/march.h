@@ -65,6 +65,7 @@ struct ode_march {
     int next_piece;                 /* of p->piece: the one where the motion is */
     double piece;                   /* distance from break to break, where there are any; else INFINITY */
     double error;                   /* of the last step, against what it had to meet */
+    double errors;                  /* of all steps before, each in units of what it was allowed */
     bool dense_checked;             /* in this step */
     double dense_ratio;             /* by what steps are shorter that samples may lie inside of */
     /* The present point: time as an unevaluated sum, state with what rounding dropped. */
@@ -93,12 +94,19 @@ struct ode_march {
     /* Attempts at which the clock is looked at next; when that was done last. */
     long budget_at;
     double budget_looked;
-    /* Is there hope to arrive? Looked at every so many attempts. */
+    /* Is there hope to arrive? Looked at every so many attempts (reach.c), last at look_at. */
     long look_at;
     double look_t, look_progress;
     int hopeless;                   /* looks in a row that saw none, */
     double slow_since;              /* from this time on */
 };
+
+/* reach.c: before an attempt; after a failure, which may be the budget's. False: ended. */
+bool ode_may_go_on(struct ode_march *m);
+bool ode_within_budget(struct ode_march *m);
+
+/* inside.c: by how much sample k of r may be off for lying inside a step, by column of y (its outputs), into e. */
+void ode_inside(const struct ode_run *run, const struct ode_result *r, int k, const double *y, double *e);
 
 /* switch.c: see ode_run.series. */
 bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o);
@@ -107,6 +115,9 @@ bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o);
 void ode_march(const struct ode_run *run, struct ode_result *res);
 /* global.c: several solutions, the last one with estimates of its error. */
 void ode_global(const struct ode_run *run, struct ode_result *res);
+
+/* driver.c: of all steps with the present one; what iterations of implicit steps leave is not in their estimates. */
+double ode_errors(const struct ode_march *m);
 
 /* settle.c: x, meant for time t, is projected. False: refused, or moved by more than
  * `most` units of its error (and some roundings); manifold_why is set. */

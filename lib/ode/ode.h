@@ -247,6 +247,7 @@ struct ode_end {
 struct ode_result {
     int n, count;              /* count: samples delivered */
     double *samples;           /* count x n by rows */
+    double *inside;            /* count: by how much the polynomial of its step may miss the sample, in units of what rtol and atol below allow; 0 at steps' ends */
     struct ode_end end;
     double max_residual;       /* over the samples; 0 without project and residual */
     double start_moved;        /* how far the start was moved, in units of its error */
@@ -266,7 +267,7 @@ struct ode_result {
     double *happened_x;
     const char *shortfall;     /* why worst is above 1, static; NULL where it is not */
     int solutions;             /* computed in all */
-    double rtol;               /* used for the solution that was delivered */
+    double rtol, atol;         /* used for the solution that was delivered */
     const char *method;        /* names of the methods that made steps; static */
     struct ode_stats stats;    /* of the solution delivered */
     struct ode_stats second;   /* of all other solutions together, all 0 without one */

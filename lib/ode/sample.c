@@ -17,11 +17,12 @@ static double beyond(const struct ode_march *m, double t)
     return ((t - m->t1) - m->t1_low) * m->direction;
 }
 
-static bool inner_sample(struct ode_march *m, double t, double *row)
+static bool inner_sample(struct ode_march *m, double t, double *row, double *inside)
 {
-    double residual, theta = ((t - m->t) - m->t_low) / m->step.h;
+    double residual, theta = fmin(1, ((t - m->t) - m->t_low) / m->step.h);
     assert(theta >= 0);        /* a sample that was passed is delivered; beyond 1 by roundings of time only */
-    m->method->dense_at(m->state, &m->step, fmin(1, fmax(0, theta)), row);
+    m->method->dense_at(m->state, &m->step, theta, row);
+    *inside = m->step.dense_error * (m->method->series ? pow(theta, m->step.error_order) : 1);
     if (!ode_settle(m, t, row, SAMPLE_MOST, &residual))
         return false;
     m->pending_residual = sga_larger(m->pending_residual, residual);
@@ -45,6 +46,7 @@ enum ode_refusal ode_sample(struct ode_march *m, int *through)
             break;
         if (past == 0) {
             memcpy(row, m->x1, n * sizeof *row);   /* settled already */
+            m->res->inside[k] = 0;
             continue;
         }
         if (!dense && !m->dense_checked && !m->method->dense_begin(m->state, &m->field, &m->step))
@@ -54,7 +56,7 @@ enum ode_refusal ode_sample(struct ode_march *m, int *through)
             m->error = m->step.dense_error;
             return ERROR_TOO_LARGE;
         }
-        if (!inner_sample(m, t, row))
+        if (!inner_sample(m, t, row, m->res->inside + k))
             return MANIFOLD_REFUSED;
     }
     *through = k;

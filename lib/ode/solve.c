@@ -70,11 +70,12 @@ bool ode_solve(const struct ode_problem *p, const struct ode_start *start,
 void ode_result_free(struct ode_result *res)
 {
     free(res->samples);
+    free(res->inside);
     free(res->error);
     free(res->column_error);
     free(res->happening);
     free(res->happened_x);
-    res->samples = res->error = res->happened_x = NULL;
+    res->samples = res->inside = res->error = res->happened_x = NULL;
     res->happening = NULL;
     res->happened = 0;
 }

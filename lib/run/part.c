@@ -78,15 +78,15 @@ static const double *start_of(const struct job *j)
     return j->trajectory ? j->trajectory->initial : j->initial ? j->initial->x : NULL;
 }
 
-/* The start that the whole system has: into x, by its variables. False: there is none, or the job cannot go on. */
+/* The start that the whole system has: into x, by its variables. False: there is none, or it is not that of what was left out before, or the job cannot go on. */
 static bool whole_start(struct job *j, double *x)
 {
     struct sga_error err = { 0 }, *own = j->err;
     unsigned want = j->request->want;
     j->err = &err;
     j->request->want = REQUEST_CONSISTENT_INITIAL;
-    bool ok = answer_own_motion(j);
-    if (ok)
+    bool ok = answer_own_motion(j) && job_slice_holds(j);
+    if (j->initial && ok)
         memcpy(x, j->initial->x, (size_t)j->request->system.variables * sizeof *x);
     answer_motion_drop(j);
     j->request->want = want;
@@ -118,11 +118,12 @@ static bool same_start(struct job *j, const struct job *part)
 bool job_part(struct job *j)
 {
     assert(!j->part);
-    if (!slice_beside(j->request) || !j->request_text || j->place.depth || j->solution->verdict == SGA_INCONSISTENT)
+    bool beside = slice_beside(j->request);
+    if (!j->request_text || j->place.depth || j->solution->verdict == SGA_INCONSISTENT || (!beside && !slice_feeds_less(j)))
         return true;
     struct part *p = sga_zeros(&j->mem, 1, sizeof *p);
     bool less = true;
-    for (int way = FEEDS; way < WAYS && !j->part && (less || way == TIED); way++) {
+    for (int way = FEEDS; way < (beside ? WAYS : TIED) && !j->part && (less || way == TIED); way++) {
         if (!begin(p, j))
             break;
         if (way == FEEDS)

@@ -16,7 +16,7 @@ static const char *beyond_plain(const struct request *r)
     const struct request_trajectory *t = &r->trajectory;
     return t->integrals ? "the drift of integrals"
         : !strcmp(r->form, "operator") ? "the form operator"
-        : r->accuracy.arithmetic == REQUEST_BALL ? "arithmetic ball"
+        : r->accuracy.arithmetic == REQUEST_BALL ? "ball arithmetic"
         : NULL;
 }
 
@@ -59,18 +59,14 @@ static bool check_sliding(struct job *j)
         sets |= t->event[e].sets > 0;
     if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT))
         what = "tradeoff or fit";
-    else if (r->sweeps)
-        what = "a sweep";
     else if (sets || r->modes)
         what = "modes and events that set variables";
     else if (t->conditions || t->rates)
         what = "a choice of gauge";
     else if (r->strata)
         what = "solved strata";
-    else if (r->tables)
-        what = "tables";
-    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE)
-        what = "arithmetics other than double";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && t->sensitivities.has)
+        what = "sensitivities in double-double";
     else
         what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);

@@ -33,7 +33,7 @@ static const double FALLS = 0.5;
 /* Iterations have come to an end within this part of the tolerances; what agrees does so within so many of them. */
 static const double SETTLED = 1e-3, STILL = 0.3, AGREES = 1;
 /* Roundings near the place, by the largest values: tolerances below are not looked for. */
-static const double FLOOR = 4e-12;
+static const double FLOOR = 4e-12, PAST = 1e-14;
 
 /* Nearer to the place than this part of half a step points are not moved onto the constraints, which tell too little of them there. */
 static const double MIDDLE = 0.05;
@@ -217,6 +217,10 @@ static bool past_make(struct past *p, const struct way *w, const struct sys_syst
     q.beside = NULL;
     q.event_side = NULL;
     q.arithmetic = TRAJ_DOUBLE;
+    q.exact_start = EXPR_UNDEF;
+    q.exact_initial = q.exact_time = NULL;
+    q.rtol = fmax(q.rtol, PAST);        /* of a request in longer numbers */
+    q.atol = fmax(q.atol, PAST);
     q.single = true;
     q.ends_there = true;
     return traj_run(sys, sol, &q, &p->r, &ignored);
@@ -306,6 +310,15 @@ static bool exactly_there(const struct way *w, struct crossing *c)
     return ok;
 }
 
+/* A table changes its polynomial in the step: the curve is not analytic there. */
+static bool knot_inside(const struct way *w)
+{
+    bool any = false;
+    for (int i = 0; i < w->f->knots && !any; i++)
+        any = fabs(w->f->knot[i] - w->at) <= 1.001 * fabs(w->half);
+    return any;
+}
+
 /* The step of this length. */
 static bool try_step(struct way *w, const struct scheme *fine, const struct scheme *coarse, struct crossing *c)
 {
@@ -370,7 +383,7 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
     size_t n = (size_t)sys->variables;
     double stop = rq->times[rq->samples - 1];
     *c = (struct crossing){ 0 };
-    if (sys->signals || sol->free_columns || !sol->constraints || rq->rates || n > SGA_MOST_ROWS_ASKED || stop == at || at == rq->start)
+    if (!sol->constraints || n > SGA_MOST_ROWS_ASKED || stop == at || at == rq->start)
         return false;
     struct way w = { .f = sga_calloc(1, sizeof *w.f), .rq = rq, .at = at, .half = FIRST * (at - rq->start) };
     if (fabs(w.half) > fabs(stop - at))
@@ -385,7 +398,7 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
     scheme_make(&fine, POINTS);
     scheme_make(&coarse, FEWER);
     for (int k = 0; k < LENGTHS && ok && !found && sga_budget_ok(rq->budget, &ignored); k++, w.half *= SHRINK) {
-        if (!look_back(&w, &past))
+        if (knot_inside(&w) || !look_back(&w, &past))
             continue;
         take_scale(&w);
         ok = w.f->field.rank >= 0 || field_begin(&w.f->field, w.at - w.half, w.x0, &ignored);

@@ -24,8 +24,8 @@ struct crossing {
     double error;             /* of it, in units of the tolerances, as two steps differ */
 };
 
-/* rq is the request of a motion that ended at time `at` by a fall of the rank. False: it is not continued; nothing is to be freed then. Motions in
- * double of systems without tables that are determined (no gauge freedom). */
+/* rq is the request of a motion that ended at time `at` by a fall of the rank. False: it is not continued; nothing is to be freed then. In double, with
+ * the gauge choice of the motion, where no knot of a table lies in the step. */
 bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double at, struct crossing *c);
 /* x (n) at a time between from and to, consistent but for the place itself; y: the columns of rq there, or NULL. Errors are as those of `end`. */
 void crossing_at(const struct crossing *c, double t, double *x, double *y);

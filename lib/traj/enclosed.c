@@ -300,7 +300,7 @@ static void say_end(const struct attempt *a, struct traj_result *r)
                  "beyond this time", text.data);
     else
         snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time it cannot be shown that the solution exists and the field is analytic along it: "
-                 "a pole, the edge of a domain, or a change of branch (abs, sign, min, max, a root of 0)");
+                 "a pole, the edge of a domain, a fall of the rank (a linkage at its dead centre), or a change of branch (abs, sign, min, max, a root of 0)");
     sga_buf_free(&text);
 }
 

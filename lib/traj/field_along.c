@@ -45,16 +45,21 @@ static double pivot_at(struct along *a, int q, double s)
     return a->f->direct_out[a->f->n + q];
 }
 
+/* The field at s says that the motion may be there. */
+static bool is_inside(struct along *a, int q, double s)
+{
+    pivot_at(a, q, s);
+    field_forget_trial(a->f);          /* as the motion is at the begin of the step */
+    return field_inside(a->f, a->f->in[a->f->n], a->x);
+}
+
 /* Pivot q has another sign at the part s than at the begin: does that end the motion? */
 static bool ends(struct along *a, int q, double s)
 {
     struct field *f = a->f;
     double low = 0, high = s;
-    if (q < f->sides || !field_rank_tells(f)) {
-        pivot_at(a, q, s);
-        field_forget_trial(f);         /* as the motion is at the begin of the step */
-        return !field_inside(f, f->in[f->n], a->x);
-    }
+    if (q < f->sides || !field_rank_tells(f))
+        return !is_inside(a, q, s);
     for (int turn = 0; turn < 50; turn++) {
         double middle = 0.5 * (low + high);
         if (pivot_at(a, q, middle) * a->start[q] > 0)
@@ -63,7 +68,7 @@ static bool ends(struct along *a, int q, double s)
             high = middle;
     }
     if (!field_falls_along(f, q, &(struct field_way){ a, load }, high))
-        return false;
+        return f->rates && !is_inside(a, q, s);       /* it may be one of the rates, which ask less there */
     f->lost_pivot = f->fell = q;
     f->lost_pole = -1;
     f->fell_t = a->path->t + high * a->path->h;

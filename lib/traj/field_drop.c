@@ -107,7 +107,7 @@ static double left_where(struct field *f, const struct field_way *way, int pivot
     return NAN;
 }
 
-bool field_rank_tells(const struct field *f) { return f->c > 0 && !f->rates && f->n <= SGA_MOST_ROWS_ASKED; }
+bool field_rank_tells(const struct field *f) { return f->c > 0 && f->n <= SGA_MOST_ROWS_ASKED; }
 
 bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end)
 {

@@ -268,7 +268,7 @@ bool flow_init(struct flow *f, const struct sys_system *sys, const struct sga_so
     for (int i = 0; i < sys->rows; i++)
         for (int k = 0; k < sys->row[i].entries; k++)
             f->moving[sys->row[i].entry[k].col] = 1;
-    bool follow = !w && !rq->turns && !rq->events;
+    bool follow = !w && !rq->turns && (!rq->events || rq->event_side);       /* of a piece: an event whose function jumps over 0 happens there */
     if ((!rq->no_motion && !signals_continuous(sys, sol, rq, f->field.root, follow ? f->moving : NULL, err)) || !given_init(f->given, sys, sol, w, f->sizes->weight, rq->budget, err))
         return false;
     f->in = sga_malloc((size_t)(n + 1) * sizeof *f->in);

@@ -13,6 +13,7 @@
 #include "jump_turn.h"
 #include "mem.h"
 #include "precise.h"
+#include "slide.h"
 #include "system.h"
 
 enum { BITS = 256 };
@@ -37,9 +38,17 @@ expr_id jump_fine_constant(struct expr_store *st, num_dd v)
     return expr_add(st, expr_double(st, v.hi), expr_double(st, v.lo));
 }
 
+bool jump_fine_any(const struct traj_request *rq)
+{
+    bool any = false;
+    for (int e = 0; e < rq->events; e++)
+        any |= rq->event[e].sets > 0;
+    return any && rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !slide_any(rq);
+}
+
 struct jump_fine *jump_fine_new(const struct sys_system *sys, const struct traj_request *rq, double wrong)
 {
-    if (rq->arithmetic != TRAJ_DOUBLE_DOUBLE)
+    if (!jump_fine_any(rq))
         return NULL;
     struct jump_fine *f = sga_calloc(1, sizeof *f);
     f->wrong = wrong;

@@ -19,7 +19,9 @@ struct jump_fine {
     expr_id *exact, *sample;      /* of the piece: constants of its store */
 };
 
-/* NULL where the request is not for double-double. */
+/* Whether events set something, in double-double. */
+bool jump_fine_any(const struct traj_request *rq);
+/* NULL where they do not. */
 struct jump_fine *jump_fine_new(const struct sys_system *sys, const struct traj_request *rq, double wrong);
 void jump_fine_free(struct jump_fine *f);
 /* The first piece starts where the request says. */

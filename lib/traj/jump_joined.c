@@ -4,6 +4,7 @@
 #include <assert.h>
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "jump_fine.h"
 #include "mem.h"
@@ -38,7 +39,7 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
         double *value = r->value + (size_t)r->rows * columns, *each = p->each + (size_t)r->rows * columns;
         r->t[r->rows] = piece->t[i];
         memcpy(value, piece->value + (size_t)i * wide, columns * sizeof *value);
-        for (size_t k = 0; k < columns && r->digits; k++) {
+        for (size_t k = 0; k < columns && r->digits && piece->digits; k++) {
             r->digits[(size_t)r->rows * columns + k] = piece->digits[(size_t)i * wide + k];
             piece->digits[(size_t)i * wide + k] = NULL;
         }
@@ -56,10 +57,9 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
         r->happening[r->happened] = piece->happening[i];
         r->happening[r->happened].event = q->whole[piece->happening[i].event];
         memcpy(r->happened_value + (size_t)r->happened * columns, piece->happened_value + (size_t)i * wide, columns * sizeof(double));
-        for (size_t k = 0; k <= columns && r->digits; k++) {
-            char **from = piece->happened_digits + (size_t)i * (wide + 1) + k;
-            r->happened_digits[(size_t)r->happened * (columns + 1) + k] = *from;
-            *from = NULL;
+        for (size_t k = 0; k <= columns && r->happened_digits; k++) {
+            const char *digits = piece->happened_digits ? piece->happened_digits[(size_t)i * (wide + 1) + k] : NULL;
+            r->happened_digits[(size_t)r->happened * (columns + 1) + k] = digits ? strcpy(sga_malloc(strlen(digits) + 1), digits) : NULL;
         }
     }
     r->residual = fmax(r->residual, piece->residual);
@@ -79,15 +79,16 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
 /* Nothing is said beyond t. */
 void jump_cut(struct jump_pass *p, double t, double direction)
 {
+    size_t columns = (size_t)p->r.columns;
     while (p->r.happened && direction * (p->r.happening[p->r.happened - 1].t - t) > 0) {
         p->r.happened--;
-        for (int k = 0; p->r.happened_digits && k <= p->r.columns; k++)
-            free(p->r.happened_digits[(size_t)p->r.happened * ((size_t)p->r.columns + 1) + (size_t)k]);
+        for (size_t k = 0; k <= columns && p->r.happened_digits; k++)
+            free(p->r.happened_digits[(size_t)p->r.happened * (columns + 1) + k]);
     }
     while (p->r.rows && direction * (p->r.t[p->r.rows - 1] - t) > 0) {
         p->r.rows--;
-        for (int k = 0; p->r.digits && k < p->r.columns; k++)
-            free(p->r.digits[(size_t)p->r.rows * (size_t)p->r.columns + (size_t)k]);
+        for (size_t k = 0; k < columns && p->r.digits; k++)
+            free(p->r.digits[(size_t)p->r.rows * columns + k]);
     }
     while (p->r.legs && direction * (p->r.leg[p->r.legs - 1].t - t) > 0)
         free(p->r.leg[--p->r.legs].impulse);
@@ -153,9 +154,12 @@ void jump_add_leg(struct jump_pass *p, double t, int mode, const char *how, doub
     p->r.leg[p->r.legs++] = (struct traj_leg){ .t = t, .mode = mode, .how = how, .moved = moved, .impulse = impulse, .coordinates = coordinates };
 }
 
-/* Values of switches of slides from a list of all variables. */
+/* Values of switches of slides from a list of all variables. One that jumped past its ends, with a table, has left its slide. */
 static void widen(struct traj_result *r, int surface, double value)
 {
+    static const double JUST = 1e-6;
+    if (fabs(value) > 1 + JUST)
+        return;
     for (int i = r->slides - 1; i >= 0; i--)
         if (r->slide[i].surface == surface && isnan(r->slide[i].to)) {
             r->slide[i].least = fmin(r->slide[i].least, value);

@@ -24,7 +24,7 @@ struct jump_pass {
 };
 
 void jump_pass_clear(struct jump_pass *p);
-/* What a piece has found, behind that of the pieces before; its texts are taken over. */
+/* What a piece has found, behind that of the pieces before; its samples' digits are taken over. */
 void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece);
 /* Nothing is said beyond t. */
 void jump_cut(struct jump_pass *p, double t, double direction);

@@ -5,8 +5,9 @@
 
 #include "arena.h"
 #include "budget.h"
-#include "crossing.h"
+#include "jump_exact.h"
 #include "jump_fine.h"
+#include "jump_over.h"
 #include "jump_slope.h"
 #include "jump_turn.h"
 #include "ode.h"
@@ -14,9 +15,6 @@
 #include "slide.h"
 #include "system.h"
 #include "tolerance.h"
-
-/* Events that set in one motion. */
-enum { MOST_JUMPS = 20000 };
 
 /* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. */
 static bool fired_at_end(const struct traj_request *rq, const struct jump_piece *q, const struct traj_result *piece, unsigned char *fired, signed char *crossing)
@@ -51,49 +49,6 @@ static void count_jump(struct jump_pass *p, const struct traj_request *rq, doubl
     p->at[p->jumps++] = t;
     for (int e = 0; e < rq->events; e++)
         p->count[e] += fired[e] && rq->event[e].sets;
-}
-
-/* The place passed, as the answer says it. */
-static void add_passed(struct traj_result *r, const struct traj_result *piece, double t)
-{
-    static const char *const beyond = "the motion goes on along the curve that it has come on, which is analytic there as far as the tolerances tell";
-    const char *colon = strrchr(piece->ended_detail, ':');
-    int length = colon ? (int)(colon - piece->ended_detail) : (int)strlen(piece->ended_detail);
-    size_t room = (size_t)length + strlen(beyond) + 3;
-    r->passed = sga_realloc(r->passed, ((size_t)r->passes + 1) * sizeof *r->passed);
-    r->passed[r->passes] = (struct traj_passed){ t, sga_malloc(room) };
-    snprintf(r->passed[r->passes++].detail, room, "%.*s: %s", length, piece->ended_detail, beyond);
-}
-
-/* The piece ended at a singular position: the samples around it, and where the next piece begins (*t). False: it ends there. */
-static bool pass_over(struct jump_pass *p, struct jump_piece *q, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const struct traj_result *piece, double *t)
-{
-    struct crossing c;
-    struct traj_result *r = &p->r;
-    double direction = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
-    size_t columns = (size_t)q->columns;
-    if (!piece->stratum || r->passes >= MOST_JUMPS || !crossing_find(sys, sol, &q->q, piece->ended_t, &c))
-        return false;
-    double *x = sga_malloc((size_t)(c.n + 1) * sizeof *x), *y = sga_malloc((size_t)(q->q.outputs + 1) * sizeof *y);
-    while (r->rows && direction * (r->t[r->rows - 1] - c.from) > 0)
-        r->rows--;
-    for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - c.to) <= 0; i++, r->rows++) {
-        crossing_at(&c, rq->times[i], x, y);
-        r->t[i] = rq->times[i];
-        for (size_t k = 0; k < columns; k++) {
-            r->value[(size_t)i * columns + k] = y[k];
-            p->each[(size_t)i * columns + k] = c.error * sga_allowed((struct sga_tolerance){ q->q.rtol, q->q.atol }, piece->unit ? piece->unit[k] : 1, y[k]);
-        }
-    }
-    memcpy(q->x, c.end, (size_t)c.n * sizeof *q->x);
-    memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->events);
-    memset(q->stands, 0, (size_t)rq->events);
-    add_passed(r, piece, c.at);
-    *t = c.to;
-    free(x);
-    free(y);
-    crossing_clear(&c);
-    return true;
 }
 
 /* The sides of what is looked for in the next piece. */
@@ -162,6 +117,8 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
         *ok = turn(p, q, s, &at, tighter, err);
+        if (*ok && !s->why[0] && !p->fine)
+            jump_exact_next(q, &s->j, piece);
         if (*ok && s->why[0]) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
@@ -169,11 +126,11 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
             snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s", s->why);
         }
         more = *ok && !s->why[0] && !jump_accumulates(p, rq);
-        if (more && p->jumps >= MOST_JUMPS) {
+        if (more && p->jumps >= JUMP_MOST) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
             p->r.ended_reason = ode_reason_text(ODE_STEP_LIMIT);
-            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%d events that set variables have happened, as many as are followed", MOST_JUMPS);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%d events that set variables have happened, as many as are followed", JUMP_MOST);
             more = false;
         }
     }
@@ -223,6 +180,7 @@ static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         q->q.given = q->given;
         q->q.held = q->held;
         memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->modes->own);
+        jump_exact_start(q, rq);
     }
     traj_initial_clear(&start);
     return ok;
@@ -260,6 +218,14 @@ static bool keeps_rows(struct jump_pass *p, const struct traj_request *rq, const
     snprintf(text, sizeof text, "the limit of %g seconds was reached; raise limits.seconds or ask for an earlier stop", rq->budget->seconds);
     jump_end_at_rows(p, rq, text);
     return true;
+}
+
+static bool in_time(const struct traj_request *rq, struct sga_error *err)
+{
+    if (!sga_budget_ok(rq->budget, err))
+        return false;
+    return !rows_are_kept(rq) || sga_now() < rq->rows_until
+           || sga_fail(err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds was reached; raise limits.seconds or ask for an earlier stop", rq->budget->seconds);
 }
 
 /* A motion that is differentiated does not start where events may or may not happen. */
@@ -318,9 +284,12 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
     p->r.t = sga_calloc(rows + 1, sizeof(double));
     p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
-    p->r.digits = p->fine ? sga_calloc((rows + 1) * (columns + 1), sizeof(char *)) : NULL;
+    if (jump_is_exact(rq))
+        p->r.digits = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.digits);
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
     bool ok = turn_init(&s, first, err), more = ok;
+    if (!rq->modes && !p->fine)
+        jump_exact_start(&q, rq);
     if ((rq->modes && !slide_any(rq)) || rq->mass)
         jump_add_leg(p, rq->start, 0, "start", 0, NULL, 0);
     if (ok && slide_any(rq))
@@ -348,7 +317,9 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
             fill_samples(p, rq, piece.error_estimate);
         jump_note_switches(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = jump_direction(rq);
-        more = ok && ((!s.j.slope && pass_over(p, &q, s.mode->sys, s.mode->sol, rq, &piece, &t)) || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
+        bool over = ok && !s.j.slope && jump_over(p, &q, &s.j, rq, &piece, &t);
+        ok = ok && (over || !piece.stratum || in_time(rq, err));       /* what was not found for want of time may be there */
+        more = ok && (over || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
         while (more && !p->fine && done < rq->samples && (rq->times[done] - t) * direction <= 0)
@@ -362,7 +333,10 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         q.q.initial = q.x;
         q.q.given = q.given;
         q.q.held = q.held;
-        ok = ok && (!p->fine || !more || jump_fine_begin(p->fine, &q, &s, done, rq->samples, err));
+        if (p->fine)
+            ok = ok && (!more || jump_fine_begin(p->fine, &q, &s, done, rq->samples, err));
+        else
+            jump_exact_times(&q, rq, done);
         more &= ok;
     }
     if (!ok && p->r.initial && keeps_rows(p, rq, err)) {        /* in what a mode needs */

@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "jump_exact.h"
 #include "mem.h"
 #include "ode.h"
 #include "system.h"
@@ -33,6 +34,8 @@ void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double 
     p->stands = sga_calloc(events + 1, 1);
     p->whole = sga_calloc(events + 1, sizeof *p->whole);
     p->x = sga_calloc(n + 1, sizeof *p->x);
+    p->n = p->before = sys->variables;
+    p->exact = jump_is_exact(mode->rq) ? sga_calloc(n + 1, sizeof *p->exact) : NULL;
     p->given = sga_calloc(2 * n + 1, 1);
     p->held = p->given + n;
     memset(p->given, 1, n);
@@ -50,9 +53,8 @@ void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double 
     p->q.exact_initial = p->q.exact_time = NULL;
     p->q.modes = NULL;
     p->q.single |= mode->rq->single;
-    bool longer = mode->rq->arithmetic == TRAJ_DOUBLE_DOUBLE;
-    p->q.arithmetic = longer ? TRAJ_DOUBLE_DOUBLE : TRAJ_DOUBLE;
-    p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, longer ? 1e-30 : 1e-14));
+    p->q.arithmetic = p->exact ? TRAJ_DOUBLE_DOUBLE : TRAJ_DOUBLE;
+    p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, p->exact ? 1e-30 : 1e-14));
     p->q.atol = tighter * rq->atol;
 }
 
@@ -64,6 +66,8 @@ void jump_piece_turn(struct jump_piece *p, const struct traj_mode *to, double ti
     jump_piece_init(p, to, tighter, old.q.rows_until);
     memcpy(p->all_side, old.all_side, events);
     memcpy(p->stands, old.stands, events);
+    p->before = old.n;
+    free(old.exact);
     free(old.output);
     free(old.event);
     free(old.side);
@@ -75,6 +79,7 @@ void jump_piece_turn(struct jump_piece *p, const struct traj_mode *to, double ti
 
 void jump_piece_clear(struct jump_piece *p)
 {
+    free(p->exact);
     free(p->output);
     free(p->event);
     free(p->side);

@@ -14,6 +14,8 @@ struct jump_piece {
     int *whole;                   /* by event of the piece: that of the request */
     double *x;
     unsigned char *given, *held;
+    int n, before;                /* variables; of the piece before */
+    expr_id *exact, exact_start;  /* in double-double (jump_exact.h): n, what x is and the start where they have more digits than doubles; or NULL */
     int columns;                  /* that are kept */
 };
 

@@ -15,6 +15,7 @@
 #include "mem.h"
 #include "ode.h"
 #include "reduction.h"
+#include "signals.h"
 #include "system.h"
 #include "tape.h"
 
@@ -229,6 +230,8 @@ void jump_request(const struct jump *j, const struct jump_at *at, const struct j
     q->modes = NULL;
     q->carried = NULL;
     q->arithmetic = TRAJ_DOUBLE;
+    if (!q->sized_by && j->rq->modes && j->rq->modes->surfaces)        /* what slides leave at 0 is dust, which has no size */
+        q->sized_by = j->rq;
 }
 
 /* The start nearest to to->x in one of the ways, with its derivative. */
@@ -237,7 +240,10 @@ static bool project(struct jump *j, const struct jump_at *at, const struct jump_
     struct traj_request q;
     SGA_FREED unsigned char *place = sga_calloc(2 * (size_t)j->n + 1, 1);
     jump_request(j, at, to, way, place, &q);
-    return traj_consistent(j->sys, j->sol, &q, r, err);
+    signals_ahead(j->sys, &q);
+    bool ok = traj_consistent(j->sys, j->sol, &q, r, err);
+    signals_between(j->sys, NAN, NAN);
+    return ok;
 }
 
 /* Where the motion before came from, along v. */

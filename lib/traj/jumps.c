@@ -7,11 +7,13 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "jump_exact.h"
 #include "jump_fine.h"
 #include "jump_pass.h"
 #include "larger.h"
 #include "ode.h"
 #include "rows_kept.h"
+#include "slide.h"
 #include "tolerance.h"
 
 /* Motions that are compared at the most, and the steps by which the tolerances shrink; what is set is wrong by so much in the looser motion. */
@@ -69,9 +71,8 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
             size_t at = (size_t)i * (size_t)columns + (size_t)k;
             largest[k] = sga_larger(largest[k], fabs(r->value[at]));
             /* each piece begins with roundings of what the values there are, and both motions may have them alike */
-            double rounding = 4 * (p->fine ? NUM_DD_EPSILON : DBL_EPSILON) * (fabs(r->value[at]) + jumped * largest[k]);
-            double apart = !there ? INFINITY : p->fine ? jump_fine_apart(r->digits[at], o->digits[at]) : fabs(r->value[at] - o->value[at]);
-            double e = apart + p->each[at] + rounding;
+            double rounding = 4 * jump_epsilon(r) * (fabs(r->value[at]) + jumped * largest[k]);
+            double e = there ? jump_difference(r, o, at) + p->each[at] + rounding : INFINITY;
             p->each[at] = isnan(e) ? INFINITY : e;
         }
     }
@@ -92,9 +93,7 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     }
     for (int i = 0; i < r->happened; i++) {
         struct traj_happening *h = r->happening + i;
-        size_t at = (size_t)i * (size_t)(columns + 1);
-        double apart = i >= same ? INFINITY : p->fine ? jump_fine_apart(r->happened_digits[at], o->happened_digits[at]) : fabs(h->t - o->happening[i].t);
-        h->error = apart + (isfinite(h->error) ? h->error : 0) + 4 * (p->fine ? NUM_DD_EPSILON : DBL_EPSILON) * fabs(h->t);
+        h->error = i < same ? jump_time_difference(r, i, o, i) + (isfinite(h->error) ? h->error : 0) + 4 * jump_epsilon(r) * fabs(h->t) : INFINITY;
         if (i < same && !rq->event[h->event].turns)      /* of those slides say it, and what it does to the motion is in the samples */
             worst = fmax(worst, sga_error_ratio(h->error, asked, 1, h->t));
     }
@@ -121,8 +120,13 @@ static void drop_turns(struct traj_result *r, const struct traj_request *rq)
 {
     int kept = 0;
     for (int i = 0; i < r->happened; i++) {
+        size_t wide = (size_t)r->columns + 1;
+        for (size_t k = 0; k < wide && r->happened_digits && rq->event[r->happening[i].event].turns; k++)
+            free(r->happened_digits[(size_t)i * wide + k]);
         if (rq->event[r->happening[i].event].turns)
             continue;
+        if (r->happened_digits)
+            memmove(r->happened_digits + (size_t)kept * wide, r->happened_digits + (size_t)i * wide, wide * sizeof *r->happened_digits);
         r->happening[kept] = r->happening[i];
         memmove(r->happened_value + (size_t)kept * (size_t)r->columns, r->happened_value + (size_t)i * (size_t)r->columns, (size_t)r->columns * sizeof(double));
         kept++;
@@ -165,7 +169,7 @@ static bool first_pass(struct jump_pass *loose, const struct sys_system *sys, co
 {
     *part = *rq;
     part->rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
-    if (!jump_pass_run(loose, sys, sol, part, 1, rq->arithmetic == TRAJ_DOUBLE_DOUBLE ? WRONG_FINE : WRONG, err))
+    if (!jump_pass_run(loose, sys, sol, part, 1, jump_fine_any(rq) ? WRONG_FINE : jump_is_exact(rq) ? 0 : WRONG, err))
         return false;
     part->rows_until = rows_are_kept(rq) ? rq->rows_until : 0;
     *late = jump_time_ended(&loose->r);

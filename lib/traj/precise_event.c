@@ -212,6 +212,30 @@ static bool touch(struct look *q, double t, double from, double most)
     return g.hi * side < 0 || two_passages(q, s, side, from, most);
 }
 
+/* An event found in double is at this place, to its roundings. */
+static bool is_at(const struct precise_march *m, int k, num_dd t)
+{
+    double size = fmax(fabs(m->there.t.hi), fabs(m->here.t.hi));
+    return fabs(m->p->guide->happening[k].t - t.hi) <= LEAST_REACH * size;
+}
+
+/* The step ends at a knot of a table and so does the event: what it passes may jump over 0 there, which the next step begins with. */
+static bool at_next_knot(const struct precise_march *m, int k)
+{
+    const struct precise *p = m->p;
+    return m->passed_knots < p->knots.count && num_dd_sub(m->there.t, p->knot[m->passed_knots]).hi == 0 && is_at(m, k, m->there.t);
+}
+
+/* It began at one, where a function jumped to the side that the event leads to. */
+static bool jumped(const struct look *q, int k)
+{
+    const struct precise_march *m = q->m;
+    const struct precise *p = m->p;
+    int sense = p->guide->happening[k].direction;
+    bool begins = m->passed_knots > 0 && num_dd_sub(m->here.t, p->knot[m->passed_knots - 1]).hi == 0 && is_at(m, k, m->here.t);
+    return begins && at(q, m->here.t).hi * sense * m->direction > 0 && add(q, sense, m->here.t);
+}
+
 /* Guide k, in the last step attempted. */
 static bool locate(struct look *q, int k)
 {
@@ -224,7 +248,9 @@ static bool locate(struct look *q, int k)
         return touch(q, h->t, from, most);
     if (one_of_two(q->m, k, from) && touch_at_turn(q, h->t, from))
         return true;
-    return bracket(q, h->t, from, most, h->direction, b) && add(q, h->direction, root(q, b[0], b[1], b[2], b[3]));
+    if (bracket(q, h->t, from, most, h->direction, b))
+        return add(q, h->direction, root(q, b[0], b[1], b[2], b[3]));
+    return jumped(q, k);
 }
 
 static void forget(struct precise_path *path, int events)
@@ -249,6 +275,8 @@ bool precise_watch(struct precise_march *m, num_dd *end)
         int before = m->path->events;
         if (!locate(&q, m->watched)) {
             forget(m->path, before);
+            if (at_next_knot(m, m->watched))
+                break;
             m->path->lost = 1 + m->watched;
         } else if (m->path->events > before && m->p->rq->event[g->happening[m->watched].event].stop) {
             forget(m->path, before + 1);      /* the first of two passages stops it */

@@ -429,7 +429,7 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
     else if (begin(&m))
         while (may_go_on(&m) && step(&m, &cut)) { }
     path->count = m.next;
-    assert(path->reason != ODE_NONE || path->count == p->rq->samples);      /* no end without a reason */
+    assert(path->reason != ODE_NONE || path->count == p->rq->samples || path->lost);      /* no end without a reason */
     if (path->reason == ODE_NONE)
         path->t = p->time[p->rq->samples - 1].hi;
     precise_choice_end(&m);

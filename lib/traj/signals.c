@@ -203,3 +203,12 @@ void signals_between(const struct sys_system *sys, double from, double to)
         u->at = isnan(from) ? -1 : expr_table_interval(u, from + (to - from) / 2);
     }
 }
+
+void signals_ahead(const struct sys_system *sys, const struct traj_request *rq)
+{
+    int count;
+    double *knot = signals_knots(sys, rq, &count);
+    if (sys->signals)
+        signals_between(sys, rq->start, count ? knot[0] : rq->times[rq->samples - 1]);
+    free(knot);
+}

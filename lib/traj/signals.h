@@ -23,5 +23,7 @@ void signals_set(const struct sys_system *sys, double t, struct num_ball *b);
 double *signals_knots(const struct sys_system *sys, const struct traj_request *rq, int *count);
 /* Tables are their polynomials between these times; NaN: each is itself. */
 void signals_between(const struct sys_system *sys, double from, double to);
+/* They are those from the request's start to the first knot of its motion, on whichever side of a knot that lies. */
+void signals_ahead(const struct sys_system *sys, const struct traj_request *rq);
 
 #endif

@@ -1,5 +1,5 @@
 /* Ways on from surfaces where equations jump: all that there may be, tried one by one. */
-#include "slide.h"
+#include "slide_trial.h"
 
 #include <assert.h>
 #include <float.h>
@@ -15,21 +15,15 @@
 #include "mem.h"
 #include "ode.h"
 #include "reduction.h"
+#include "signals.h"
 #include "system.h"
 #include "tape.h"
+#include "told.h"
 
 /* Derivatives that are looked at: at once, and where those are 0; surfaces that are decided at once. */
-enum { FIRST = 2, LAST = 5, MOST_AT_ONCE = 3 };
+enum { FIRST = 2, LAST = 5, MOST_TRIED = 3 };
 /* Of a value: what of it is not told from 0; of a differentiated variable, by the size of all: what it may move onto a slide; of rates: what is no convex combination. */
 static const double UNTOLD = 1e-9, STAYS = 1e-6, CONVEX = 1e-6, NEAR_END = 1e-6, GRAIN = 64 * DBL_EPSILON / 1e-9;   /* GRAIN: of UNTOLD, roundings */
-
-/* A mode with the derivatives of what decides in it: of the surface's function, or of the switch on a slide. */
-struct ways {
-    const struct traj_mode *mode;
-    struct num_tape *tape[2];     /* surface by surface: Taylor coefficients 0 to FIRST, to LAST */
-    struct jump jump; bool ready;
-    struct ways *next;
-};
 
 struct slide {
     struct ways *first;
@@ -51,6 +45,8 @@ void slide_free(struct slide *s)
         next = w->next;
         num_tape_free(w->tape[0]);
         num_tape_free(w->tape[1]);
+        free(w->root[0]);
+        free(w->root[1]);
         if (w->ready)
             jump_clear(&w->jump);
         free(w);
@@ -58,7 +54,7 @@ void slide_free(struct slide *s)
     free(s);
 }
 
-static struct ways *ways_of(struct slide *s, const struct traj_mode *m)
+struct ways *slide_ways(struct slide *s, const struct traj_mode *m)
 {
     struct ways *w = s->first;
     while (w && w->mode != m)
@@ -80,7 +76,7 @@ static struct num_tape *tape_of(struct ways *w, int level, struct sga_error *err
     int surfaces = m->rq->modes->surfaces, order = order_of(level);
     if (w->tape[level])
         return w->tape[level];
-    SGA_FREED expr_id *root = sga_calloc((size_t)surfaces * (size_t)(order + 1) + 1, sizeof *root);
+    expr_id *root = w->root[level] = sga_calloc((size_t)surfaces * (size_t)(order + 1) + 1, sizeof *root);
     struct expr_flow flow;
     expr_flow_init(&flow, st);
     for (int k = 0; k < m->sys->variables; k++)
@@ -97,10 +93,7 @@ static struct num_tape *tape_of(struct ways *w, int level, struct sga_error *err
     return w->tape[level] = num_tape_new(st, root, surfaces * (order + 1), inputs, m->sys->variables + 1, err);
 }
 
-/* Values of all roots at (t, x), and what of each is not told from 0. speed: by variable its derivative, or NULL. */
-struct told { double *value, *doubt; int order; };
-
-static bool tell(struct ways *w, int level, double t, const double *x, const double *speed, struct told *out, struct sga_error *err)
+bool slide_tell(struct ways *w, int level, double t, const double *x, const double *speed, struct told *out, struct sga_error *err)
 {
     const struct traj_request *rq = w->mode->rq;
     struct num_tape *tape = tape_of(w, level, err);
@@ -112,15 +105,21 @@ static bool tell(struct ways *w, int level, double t, const double *x, const dou
     assert(roots == (size_t)rq->modes->surfaces * (size_t)(order + 1));       /* the coefficients of each */
     double span = fabs(rq->times[rq->samples - 1] - rq->start), largest = 0;
     SGA_FREED double *in = sga_malloc(((size_t)n + 1) * sizeof *in), *moved = sga_malloc((roots + 1) * sizeof *moved);
-    out->value = sga_calloc(2 * roots + 2, sizeof *out->value);
+    out->value = sga_calloc(3 * roots + 3, sizeof *out->value);
     out->doubt = out->value + roots + 1;
+    out->rounding = out->doubt + roots + 1;
     memcpy(in, x, (size_t)n * sizeof *in);
     in[n] = t;
     for (int k = 0; k < n; k++)
         largest = fmax(largest, fabs(x[k]));
+    struct traj_request ahead = *rq;
+    ahead.start = t;
+    signals_ahead(w->mode->sys, &ahead);
     num_tape_eval(tape, in, out->value);
-    for (size_t i = 0; i < roots; i++)
-        out->doubt[i] = 64 * DBL_EPSILON * fabs(out->value[i]);
+    for (size_t i = 0; i < roots; i++) {
+        out->rounding[i] = told_rounding(w->mode->sys, NULL, w->root[level][i], in);
+        out->doubt[i] = 64 * DBL_EPSILON * fabs(out->value[i]) + out->rounding[i];
+    }
     for (int k = 0; k <= n; k++) {
         double keep = in[k], size = k < n ? fmax(fmax(fabs(x[k]), fabs(rq->initial[k])), speed ? fabs(speed[k]) * span : 0) : fmax(fabs(t), span);
         in[k] = keep + UNTOLD * (size > 0 ? size : largest > 0 ? 1e-3 * largest : 1e-3);
@@ -129,7 +128,17 @@ static bool tell(struct ways *w, int level, double t, const double *x, const dou
             out->doubt[i] += isfinite(moved[i]) ? fabs(moved[i] - out->value[i]) : 0;
         in[k] = keep;
     }
+    signals_between(w->mode->sys, NAN, NAN);
     return true;
+}
+
+/* Of all that is added up in its coefficients: stands for the one that is not known. */
+static double largest_term(const struct told *v, int surface)
+{
+    double most = 0;
+    for (int i = 0; i <= v->order; i++)
+        most = fmax(most, v->rounding[(size_t)surface * (size_t)(v->order + 1) + (size_t)i] / DBL_EPSILON);
+    return most;
 }
 
 /* The sign that a function with these coefficients has just after: 0: not told. */
@@ -140,37 +149,14 @@ static int heads_to(double shift, double factor, const struct told *v, int surfa
         double c = factor * v->value[at] + (i ? 0 : shift);
         if (isnan(c))
             return 0;
-        /* so small that roundings of the function decide whether it comes to 0 at all: it touches 0 */
-        bool touches = first == 1 && i == 1 && c * c <= 4 * fabs(v->value[at + 1]) * GRAIN * v->doubt[at - 1];
+        /* so small that roundings of what comes before decide whether that comes to 0 at all: it touches 0 */
+        double before = i ? fmax(GRAIN * v->doubt[at - 1], v->rounding[at - 1]) : 0, next = i < v->order ? fabs(v->value[at + 1]) : largest_term(v, surface);
+        bool touches = i && c * c <= 4 * next * before;
         if (fabs(c) > doubt * v->doubt[at] && !touches)
             return (c > 0 ? 1 : -1) * (along < 0 && i % 2 ? -1 : 1);
     }
     return 0;
 }
-
-enum way { NO_WAY, IS_WAY, BRIEF, NOT_TOLD };      /* BRIEF: a slide that is over at once: none where there is another way */
-
-/* What one choice comes to. */
-struct trial {
-    enum way way;
-    const char *what;             /* NOT_TOLD: what is not; static or the mode's */
-    struct traj_initial start; bool has_start;
-    const struct traj_mode *mode;
-};
-
-/* A surface that is asked: the point lies on it, or its side is not what other switches leave it. */
-enum { AT_IT = 1, TURNED };
-
-/* One decision. */
-struct decision {
-    struct slide *s;
-    struct jump *now; const struct traj_mode *from; const struct jump_at *at;
-    int surfaces, along;
-    double doubt;                 /* 1, or 0: derivatives are what they are */
-    double *size;                 /* of what has a derivative, by all that was tried so far: sides come before slides */
-    unsigned char *open;          /* by surface: it is asked */
-    unsigned char *other;         /* by surface that is not: it would have to be */
-};
 
 /* The switch is so near to 1 or -1, and heads there, that roundings of the place make the difference. */
 static bool is_brief(const struct decision *d, const struct told *v, int k)
@@ -192,7 +178,7 @@ static enum way stays(const struct decision *d, const struct told *v, int k, int
 static bool look(const struct decision *d, struct ways *w, const int *choice, int level, const struct traj_initial *start, struct trial *out, struct sga_error *err)
 {
     struct told v;
-    if (!tell(w, level, d->at->t, start->x, start->derivative, &v, err)) {
+    if (!slide_tell(w, level, d->at->t, start->x, start->derivative, &v, err)) {
         free(v.value);
         return false;
     }
@@ -220,8 +206,7 @@ static bool moves(const struct decision *d, const struct jump *j, const struct t
     return !(most <= STAYS * *d->size);
 }
 
-/* False: err. */
-static bool try(const struct decision *d, const int *choice, struct trial *out, struct sga_error *err)
+bool slide_try(const struct decision *d, const int *choice, struct trial *out, struct sga_error *err)
 {
     const struct traj_modes *modes = d->from->rq->modes;
     const struct traj_mode *m = modes->enter(modes->ctx, choice, d->from, d->at->t, d->at->x, err);
@@ -233,7 +218,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
         out->what = m->why;
         return true;
     }
-    struct ways *w = ways_of(d->s, m);
+    struct ways *w = slide_ways(d->s, m);
     if (!w->ready && !(w->ready = jump_init(&w->jump, m->sys, m->sol, m->rq, err)))
         return false;
     size_t n = (size_t)m->sys->variables, common = (size_t)modes->start->sys->variables;
@@ -248,6 +233,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
         return sga_budget_ok(m->rq->budget, err);
     if (moves(d, &w->jump, &out->start, x, fabs(m->rq->times[m->rq->samples - 1] - m->rq->start)))
         return true;
+    out->stays = true;
     if (!look(d, w, choice, 0, &out->start, out, err))
         return false;
     if (out->way == NOT_TOLD && !look(d, w, choice, 1, &out->start, out, err))
@@ -259,7 +245,7 @@ static bool try(const struct decision *d, const int *choice, struct trial *out, 
     return true;
 }
 
-static void trial_clear(struct trial *t)
+void slide_trial_clear(struct trial *t)
 {
     if (t->has_start)
         traj_initial_clear(&t->start);
@@ -300,13 +286,13 @@ struct verdict {
 /* All values of the surfaces that are open. best: the way found last. */
 static bool try_all(const struct decision *d, const int *choice, struct verdict *v, int *best, struct sga_error *err)
 {
-    int open[MOST_AT_ONCE], count = 0, all = 1;
+    int open[MOST_TRIED], count = 0, all = 1;
     SGA_FREED int *mine = sga_malloc(((size_t)d->surfaces + 1) * sizeof *mine);
     *v = (struct verdict){ 0 };
     memset(d->other, 0, (size_t)d->surfaces);
     for (int k = 0; k < d->surfaces; k++)
         if (d->open[k]) {
-            assert(count < MOST_AT_ONCE);
+            assert(count < MOST_TRIED);
             open[count++] = k;
             all *= 3;
         }
@@ -316,7 +302,7 @@ static bool try_all(const struct decision *d, const int *choice, struct verdict 
         memcpy(mine, choice, (size_t)d->surfaces * sizeof *mine);
         for (int k = 0, rest = i; k < count; k++, rest /= 3)
             mine[open[k]] = rest % 3;
-        ok = sga_budget_ok(d->from->rq->budget, err) && try(d, mine, trial + i, err);
+        ok = sga_budget_ok(d->from->rq->budget, err) && slide_try(d, mine, trial + i, err);
         if (ok && trial[i].way == IS_WAY) {
             v->ways++;
             memcpy(best, mine, (size_t)d->surfaces * sizeof *mine);
@@ -330,7 +316,7 @@ static bool try_all(const struct decision *d, const int *choice, struct verdict 
     if (ok && count == 1 && v->ways == 1 && best[open[0]] == TRAJ_ALONG && !is_convex(d, trial))
         v->bent = 1;
     for (int i = 0; i < all; i++)
-        trial_clear(trial + i);
+        slide_trial_clear(trial + i);
     free(trial);
     return ok;
 }
@@ -346,7 +332,7 @@ static bool open_at_point(const struct decision *d, int *choice, struct sga_erro
 {
     struct told v;
     const struct traj_modes *modes = d->from->rq->modes;
-    bool ok = tell(ways_of(d->s, d->from), 0, d->at->t, d->at->x, NULL, &v, err);
+    bool ok = slide_tell(slide_ways(d->s, d->from), 0, d->at->t, d->at->x, NULL, &v, err);
     for (int k = 0; ok && k < d->surfaces; k++) {
         size_t at = (size_t)k * (size_t)(v.order + 1);
         bool now = d->at->fired[modes->own + 2 * k] || d->at->fired[modes->own + 2 * k + 1];
@@ -366,11 +352,17 @@ static bool decide(struct decision *d, int *choice, struct verdict *v, char *why
         int count = 0, more = 0;
         for (int k = 0; k < d->surfaces; k++)
             count += d->open[k] != 0;
-        if (count > MOST_AT_ONCE) {
-            *ok = ends(why, "the motion comes to more than three surfaces at once where switches jump: so many ways on are not told apart");
-            return true;
+        if (count > MOST_TRIED) {
+            const char *not_told = NULL;
+            memcpy(best, choice, (size_t)d->surfaces * sizeof *best);
+            memset(d->other, 0, (size_t)d->surfaces);
+            *v = (struct verdict){ 0 };
+            *ok = slide_many(d, best, &v->ways, &not_told, err);
+            if (*ok && not_told)
+                *ok = ends(why, not_told);
+        } else {
+            *ok = try_all(d, choice, v, best, err);
         }
-        *ok = try_all(d, choice, v, best, err);
         if (!*ok)
             return true;
         if (v->ways) {
@@ -426,7 +418,7 @@ bool slide_sides(struct slide *s, const struct traj_mode *m, double t, const dou
 {
     const struct traj_modes *modes = m->rq->modes;
     struct told v;
-    if (!tell(ways_of(s, m), 0, t, x, NULL, &v, err)) {
+    if (!slide_tell(slide_ways(s, m), 0, t, x, NULL, &v, err)) {
         free(v.value);
         return false;
     }
@@ -435,7 +427,7 @@ bool slide_sides(struct slide *s, const struct traj_mode *m, double t, const dou
         signed char *low = side + modes->own + 2 * k, *high = low + 1;
         double value = v.value[at], doubt = v.doubt[at];
         *low = *high = ODE_SIDE_TOLD;
-        if (m->choice[k] != TRAJ_ALONG && fabs(value) <= doubt)
+        if (m->choice[k] != TRAJ_ALONG && (fabs(value) <= doubt || (m->choice[k] == TRAJ_ABOVE) != (value > 0)))      /* beside it by dust, whose size says nothing */
             *low = m->choice[k] == TRAJ_ABOVE ? 1 : -1;
         if (m->choice[k] == TRAJ_ALONG) {
             *low = fabs(value - 1) <= doubt ? -1 : ODE_SIDE_TOLD;

@@ -496,7 +496,7 @@ static void go_through(const struct sys_system *sys, const struct sga_solution *
 {
     struct traj_result through;
     struct sga_error ignored = { 0 };
-    bool may = r->stratum && !rq->ends_there && !rq->single && !rq->turns && (rq->arithmetic == TRAJ_AUTO || rq->arithmetic == TRAJ_DOUBLE);
+    bool may = r->stratum && !rq->ends_there && !rq->single && !rq->turns && rq->arithmetic != TRAJ_BALL;
     if (!may || !jumps_run(sys, sol, rq, &through, &ignored))
         return;
     if (through.passes && !(through.out_of_time && through.rows < r->rows)) {

@@ -109,7 +109,32 @@ static bool tradeoff(struct job *j, const struct sga_solution *solution, struct 
     return true;
 }
 
-static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r, struct modes *modes)
+/* What a motion goes through in pieces: at the most one of them is not NULL. */
+struct pieces { struct modes *modes; struct slides *slides; };
+
+static const struct traj_request *set_pieces(void *of, int set, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
+{
+    struct pieces *p = of;
+    modes_set(p->modes, set, sys, sol, rq);
+    return p->slides ? slides_set(p->slides, sys, sol, rq, err) : rq;
+}
+
+static void tell_pieces(void *of)
+{
+    struct pieces *p = of;
+    modes_tell(p->modes);
+    if (p->slides)
+        slides_tell(p->slides);
+}
+
+static void unset_pieces(void *of)
+{
+    struct pieces *p = of;
+    if (p->slides)
+        slides_unset(p->slides);
+}
+
+static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r, struct pieces *pieces)
 {
     stage_begin(j->clock, STAGE_INITIAL);
     answer_integrals(j, solution, oracle, r);
@@ -120,7 +145,7 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
         j->initial_residuals = solution->constraints;
     }
     if (j->request->want & REQUEST_TRAJECTORY && j->request->sweeps)
-        return answer_sweep(j, solution, r, (struct sweep_modes){ modes, modes_set, modes_tell });
+        return answer_sweep(j, solution, r, (struct sweep_modes){ pieces, set_pieces, tell_pieces, unset_pieces });
     if (j->request->want & REQUEST_TRAJECTORY) {
         stage_begin(j->clock, STAGE_TRAJECTORY);
         if (!integrate(j, solution, r))
@@ -177,21 +202,20 @@ bool answer_own_motion(struct job *j)
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;
-    struct modes *modes = modes_begin(j, &r, &mem);
-    struct slides *slides = NULL;
-    if (!slides_begin(j, j->solution, &r, &mem, &slides)) {
+    struct pieces pieces = { .modes = modes_begin(j, &r, &mem) };
+    if (!slides_begin(j, j->solution, &r, &mem, &pieces.slides)) {
         ok = false;
     } else if (t->conditions) {
         struct sga_solution solution = { 0 };
         struct points_oracle oracle;
-        ok = with_conditions(j, &solution, &oracle) && run(j, &solution, &oracle, &r, modes);
+        ok = with_conditions(j, &solution, &oracle) && run(j, &solution, &oracle, &r, &pieces);
         points_oracle_clear(&oracle);
         sga_solution_clear(&solution);
     } else {
-        ok = run(j, j->solution, j->oracle, &r, modes);
+        ok = run(j, j->solution, j->oracle, &r, &pieces);
     }
-    modes_end(modes, ok);
-    slides_end(slides, ok);
+    modes_end(pieces.modes, ok);
+    slides_end(pieces.slides, ok);
     free((expr_id *)r.exact_initial);
     free((expr_id *)r.exact_time);
     return ok;

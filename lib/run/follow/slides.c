@@ -23,6 +23,7 @@
 #include "seeds.h"
 #include "surfaces.h"
 #include "system.h"
+#include "table.h"
 #include "trajectory.h"
 
 /* Texts of surfaces in the answer. */
@@ -40,9 +41,11 @@ struct made {
 
 struct slides {
     struct job *j;
-    struct sga_arena *mem;
+    struct sga_arena own, *mem;   /* own: of one set of a sweep */
+    const struct sys_system *sys;
     struct surfaces s;
-    struct traj_request *rq;  /* of the job's own system */
+    struct traj_request rq;   /* of that system, with its switches as modes */
+    int events;               /* that were asked for */
     struct traj_modes of;
     struct traj_mode start;
     int *symbol;              /* by surface: what stands for its switch on a slide; -1: there was none yet */
@@ -53,7 +56,7 @@ struct slides {
 /* A new name for the switch of a surface. */
 static int symbol_of(struct slides *s, int surface)
 {
-    struct expr_store *st = &s->j->request->store;
+    struct expr_store *st = s->sys->store;
     if (s->symbol[surface] >= 0)
         return s->symbol[surface];
     SGA_ENDS(sga_buf_free) struct sga_buf name = { 0 };
@@ -67,17 +70,18 @@ static int symbol_of(struct slides *s, int surface)
 /* By surface what its switch is. */
 static void values_of(struct slides *s, const int *choice, expr_id *value)
 {
-    struct expr_store *st = &s->j->request->store;
+    struct expr_store *st = s->sys->store;
     for (int k = 0; k < s->s.count; k++) {
         int symbol = choice[k] == TRAJ_ALONG ? symbol_of(s, k) : -1;        /* which may move the list of symbols */
         value[k] = choice[k] == TRAJ_AS_WRITTEN ? EXPR_UNDEF : symbol >= 0 ? st->symbol[symbol].node : expr_int(st, choice[k] == TRAJ_ABOVE ? 1 : -1);
+        assert(choice[k] == TRAJ_AS_WRITTEN || value[k] || !expr_store_ok(st));
     }
 }
 
 /* Replaced, and linear in what slides. */
 static void put(struct slides *s, const int *choice, const expr_id *value, expr_id *e, int count)
 {
-    struct expr_store *st = &s->j->request->store;
+    struct expr_store *st = s->sys->store;
     surfaces_put(&s->s, value, e, count);
     for (int k = 0; k < s->s.count; k++)
         for (int i = 0; choice[k] == TRAJ_ALONG && i < count; i++)
@@ -92,7 +96,7 @@ static bool coefficient_slides(struct slides *s, const int *choice, const expr_i
     expr_cone_init(&cone);
     for (int k = 0; k < s->s.count; k++)
         for (int i = 0; choice[k] == TRAJ_ALONG && i < count && !any; i++)
-            any = expr_depends(&s->j->request->store, &cone, e[i], s->symbol[k]);
+            any = expr_depends(s->sys->store, &cone, e[i], s->symbol[k]);
     expr_cone_clear(&cone);
     return any;
 }
@@ -100,7 +104,7 @@ static bool coefficient_slides(struct slides *s, const int *choice, const expr_i
 /* The system with these switches into m->sys. False: it is none that slides are defined for. */
 static bool make_system(struct slides *s, struct made *m, const int *choice, const expr_id *value)
 {
-    const struct sys_system *from = &s->j->request->system;
+    const struct sys_system *from = s->sys;
     struct expr_store *st = from->store;
     int most = 1;
     bool ok = true;
@@ -137,7 +141,7 @@ static bool make_system(struct slides *s, struct made *m, const int *choice, con
 /* Surfaces, events and columns of a mode in rq; sliding: by surface its variable or -1. */
 static void make_lists(struct slides *s, struct traj_request *rq, const int *choice, const expr_id *value, const int *sliding, const struct sys_system *sys, expr_id **surface)
 {
-    const struct traj_request *own = s->rq;
+    const struct traj_request *own = &s->rq;
     struct expr_store *st = sys->store;
     int surfaces = s->s.count, events = s->of.own;
     expr_id *g = sga_zeros(s->mem, (size_t)surfaces + 1, sizeof *g), one = expr_int(st, 1);
@@ -154,12 +158,12 @@ static void make_lists(struct slides *s, struct traj_request *rq, const int *cho
         low->expression = g[k];
         if (choice[k] != TRAJ_ALONG)
             continue;
-        assert(sliding[k] >= s->j->request->system.variables && sliding[k] < sys->variables);
+        assert(sliding[k] >= s->sys->variables && sliding[k] < sys->variables);
         expr_id lambda = st->symbol[sys->variable[sliding[k]].symbol].node;
         low->expression = expr_sub(st, lambda, one);
         high->expression = expr_add(st, lambda, one);
     }
-    int columns = own->outputs ? own->outputs : s->j->request->system.variables;
+    int columns = own->outputs ? own->outputs : s->sys->variables;
     expr_id *output = sga_zeros(s->mem, (size_t)columns + 1, sizeof *output);
     for (int k = 0; k < columns; k++)
         output[k] = own->outputs ? own->output[k] : st->symbol[sys->variable[k].symbol].node;
@@ -174,13 +178,13 @@ static void make_lists(struct slides *s, struct traj_request *rq, const int *cho
 /* The request of a mode: columns that were not named are the variables of the start; what is asked of the start is not asked here. */
 static void make_request(struct slides *s, struct made *m, const int *choice, const expr_id *value, const int *sliding)
 {
-    size_t n = (size_t)m->sys.variables, own = (size_t)s->j->request->system.variables;
+    size_t n = (size_t)m->sys.variables, own = (size_t)s->sys->variables;
     double *initial = sga_zeros(s->mem, n + 1, sizeof *initial);
     unsigned char *flag = sga_zeros(s->mem, 2 * n + 2, 1);
     expr_id *surface;
-    memcpy(initial, s->rq->initial, own * sizeof *initial);
-    memcpy(flag, s->rq->given, own);
-    m->rq = *s->rq;
+    memcpy(initial, s->rq.initial, own * sizeof *initial);
+    memcpy(flag, s->rq.given, own);
+    m->rq = s->rq;
     make_lists(s, &m->rq, choice, value, sliding, &m->sys, &surface);
     m->rq.modes = &s->of;
     m->rq.initial = initial;
@@ -196,17 +200,29 @@ static void make_request(struct slides *s, struct made *m, const int *choice, co
     m->mode.surface = surface;
 }
 
+/* What tables are at t; NAN for other parameters. Malloced. */
+static double *tables_at(const struct sys_system *sys, double t)
+{
+    double *value = sga_malloc(((size_t)sys->parameters + 1) * sizeof *value);
+    for (int k = 0; k < sys->parameters; k++) {
+        const struct expr_symbol *p = sys->store->symbol + sys->parameter[k];
+        value[k] = p->table ? expr_table_value(p->table, p->order, t) : NAN;
+    }
+    return value;
+}
+
 /* Reduced near x (of the variables of the start), where there is something to reduce. False: limits. */
 static bool reduce(struct slides *s, struct made *m, double t, const double *x, struct sga_error *err)
 {
     struct job *j = s->j;
-    size_t n = (size_t)m->sys.variables, own = (size_t)j->request->system.variables;
+    size_t n = (size_t)m->sys.variables, own = (size_t)s->sys->variables;
     SGA_FREED double *near = sga_calloc(n + 1, sizeof *near);
     SGA_FREED unsigned char *moving = guess_moving(&m->sys);
+    SGA_FREED double *tables = tables_at(&m->sys, t);
     struct sga_error why = { 0 };
     memcpy(near, x, own * sizeof *near);
-    guess_complete(&m->sys, moving, t, j->start.parameter, near);
-    struct reduction_options options = { .near = near, .near_given = moving, .near_time = t, .parameter_near = j->start.parameter, .seed = SGA_SEED_MOTION, .budget = j->budget,
+    guess_complete(&m->sys, moving, t, tables, near);
+    struct reduction_options options = { .near = near, .near_given = moving, .near_time = t, .parameter_near = tables, .seed = SGA_SEED_MOTION, .budget = j->budget,
                                          .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
     points_oracle_init(&m->oracle, 20250103);
     m->reduced = true;
@@ -225,14 +241,14 @@ static bool reduce(struct slides *s, struct made *m, double t, const double *x, 
 static const struct traj_mode *enter(void *ctx, const int *choice, const struct traj_mode *from, double t, const double *x, struct sga_error *err)
 {
     struct slides *s = ctx;
-    struct expr_store *st = &s->j->request->store;
+    struct expr_store *st = s->sys->store;
     size_t size = (size_t)s->s.count * sizeof *choice;
     (void)from;
     for (struct made *m = s->first; m; m = m->next)
         if (!memcmp(choice, m->mode.choice, size))
             return &m->mode;
     struct made *m = sga_zeros(s->mem, 1, sizeof *m);
-    int *own = sga_zeros(s->mem, 2 * (size_t)s->s.count + 2, sizeof *own), *sliding = own + s->s.count + 1, variable = s->j->request->system.variables;
+    int *own = sga_zeros(s->mem, 2 * (size_t)s->s.count + 2, sizeof *own), *sliding = own + s->s.count + 1, variable = s->sys->variables;
     SGA_FREED expr_id *value = sga_calloc((size_t)s->s.count + 1, sizeof *value);
     memcpy(own, choice, size);
     for (int k = 0; k < s->s.count; k++)
@@ -265,29 +281,29 @@ static int list_beside(const struct traj_request *rq, expr_id *list)
     return count;
 }
 
-bool slides_begin(struct job *j, const struct sga_solution *solution, struct traj_request *rq, struct sga_arena *mem, struct slides **out)
+/* Of this system, from a request of it. */
+static bool build(struct slides *s, const struct sys_system *sys, const struct sga_solution *solution, const struct traj_request *rq, struct sga_error *err)
 {
-    const struct request *q = j->request;
-    *out = NULL;
-    if (!q->trajectory.sliding || j->place.depth || !(q->want & REQUEST_TRAJECTORY))
-        return true;
-    struct slides *s = sga_zeros(mem, 1, sizeof *s);
     SGA_FREED expr_id *beside = sga_malloc((size_t)(rq->outputs + rq->events + 1) * sizeof *beside);
-    *s = (struct slides){ .j = j, .mem = mem, .rq = rq, .count = 1 };
+    s->sys = sys;
+    s->rq = *rq;
+    s->rq.modes = NULL;
+    s->rq.events = s->events;     /* those of surfaces, of another set, come after them */
+    s->count = 1;
+    s->first = NULL;
     s->last = &s->first;
-    surfaces_find(&s->s, &q->system, beside, list_beside(rq, beside), mem);
-    *out = s;
+    surfaces_find(&s->s, sys, beside, list_beside(&s->rq, beside), s->mem);
     if (!s->s.count)
         return true;
     if (solution->free_columns)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides are followed where the equations determine the motion, and here they leave %d variables free; leave sliding out, or "
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides are followed where the equations determine the motion, and here they leave %d variables free; leave sliding out, or "
                            "add equations that choose", solution->free_columns);
     size_t surfaces = (size_t)s->s.count;
-    const char **name = sga_zeros(mem, surfaces + 1, sizeof *name);
-    const double **value = sga_zeros(mem, surfaces + 1, sizeof *value);
-    int *values = sga_zeros(mem, surfaces + 1, sizeof *values), *choice = sga_zeros(mem, surfaces + 1, sizeof *choice), *none = sga_zeros(mem, surfaces + 1, sizeof *none);
-    expr_id *written = sga_zeros(mem, surfaces + 1, sizeof *written), *surface;
-    s->symbol = sga_zeros(mem, surfaces + 1, sizeof *s->symbol);
+    const char **name = sga_zeros(s->mem, surfaces + 1, sizeof *name);
+    const double **value = sga_zeros(s->mem, surfaces + 1, sizeof *value);
+    int *values = sga_zeros(s->mem, surfaces + 1, sizeof *values), *choice = sga_zeros(s->mem, surfaces + 1, sizeof *choice), *none = sga_zeros(s->mem, surfaces + 1, sizeof *none);
+    expr_id *written = sga_zeros(s->mem, surfaces + 1, sizeof *written), *surface;
+    s->symbol = sga_zeros(s->mem, surfaces + 1, sizeof *s->symbol);
     for (size_t k = 0; k < surfaces; k++) {
         name[k] = "switch";
         value[k] = SIDE;
@@ -295,14 +311,61 @@ bool slides_begin(struct job *j, const struct sga_solution *solution, struct tra
         choice[k] = TRAJ_AS_WRITTEN;
         none[k] = s->symbol[k] = -1;
     }
-    s->of = (struct traj_modes){ .modes = (int)surfaces, .name = name, .value = value, .values = values, .start = &s->start, .enter = enter, .ctx = s, .surfaces = (int)surfaces, .own = rq->events };
-    struct traj_request asked = *rq;
-    make_lists(s, rq, choice, written, none, &q->system, &surface);
-    rq->output = asked.output;
-    rq->outputs = asked.outputs;
-    s->start = (struct traj_mode){ .sys = &q->system, .sol = solution, .rq = rq, .choice = choice, .surface = surface, .sliding = none };
-    rq->modes = &s->of;
+    s->of = (struct traj_modes){ .modes = (int)surfaces, .name = name, .value = value, .values = values, .start = &s->start, .enter = enter, .ctx = s, .surfaces = (int)surfaces, .own = s->events };
+    struct traj_request asked = s->rq;
+    make_lists(s, &s->rq, choice, written, none, sys, &surface);
+    s->rq.output = asked.output;
+    s->rq.outputs = asked.outputs;
+    s->start = (struct traj_mode){ .sys = sys, .sol = solution, .rq = &s->rq, .choice = choice, .surface = surface, .sliding = none };
+    s->rq.modes = &s->of;
     return true;
+}
+
+/* Modes that were entered, and surfaces. */
+static void drop(struct slides *s)
+{
+    for (struct made *m = s->first; m; m = m->next) {
+        if (m->reduced) {
+            points_oracle_clear(&m->oracle);
+            sga_solution_clear(&m->sol);
+        }
+        sys_clear(&m->sys);
+    }
+    surfaces_clear(&s->s);
+    s->s = (struct surfaces){ 0 };
+    s->first = NULL;
+}
+
+bool slides_begin(struct job *j, const struct sga_solution *solution, struct traj_request *rq, struct sga_arena *mem, struct slides **out)
+{
+    const struct request *q = j->request;
+    *out = NULL;
+    if (!q->trajectory.sliding || j->place.depth || !(q->want & REQUEST_TRAJECTORY))
+        return true;
+    struct slides *s = *out = sga_zeros(mem, 1, sizeof *s);
+    *s = (struct slides){ .j = j, .mem = mem, .sys = &q->system, .rq = *rq, .events = rq->events };
+    if (q->sweeps)                /* each set has its own */
+        return true;
+    if (!build(s, &q->system, solution, rq, j->err))
+        return false;
+    *rq = s->rq;
+    if (s->s.count)
+        s->start.rq = rq;
+    return true;
+}
+
+const struct traj_request *slides_set(struct slides *s, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
+{
+    assert(s->j->request->sweeps > 0);
+    slides_unset(s);
+    s->mem = &s->own;
+    return build(s, sys, sol, rq, err) ? &s->rq : NULL;
+}
+
+void slides_unset(struct slides *s)
+{
+    drop(s);
+    sga_arena_end(&s->own);
 }
 
 /* Generations and dimension of the mode in which a slide began. */
@@ -314,7 +377,7 @@ static const struct made *made_at(const struct slides *s, int place)
     return m;
 }
 
-static void tell(struct slides *s)
+void slides_tell(struct slides *s)
 {
     struct job *j = s->j;
     const struct traj_result *r = j->trajectory;
@@ -325,7 +388,7 @@ static void tell(struct slides *s)
     for (int i = 0; i < r->slides; i++) {
         const struct made *m = made_at(s, r->slide[i].mode);
         assert(m && m->reduced && r->slide[i].surface < s->s.count);       /* slides are told of modes that were entered */
-        char *text = expr_text(&j->request->store, s->s.function[r->slide[i].surface], SURFACE_BYTES);
+        char *text = expr_text(s->sys->store, s->s.function[r->slide[i].surface], SURFACE_BYTES);
         j->slides.surface[i] = sga_take_text(&j->mem, text);
         free(text);
         j->slides.dimension[i] = m->sys.variables - m->sol.constraints;
@@ -337,14 +400,7 @@ void slides_end(struct slides *s, bool ok)
 {
     if (!s)
         return;
-    if (ok && s->j->trajectory)
-        tell(s);
-    for (struct made *m = s->first; m; m = m->next) {
-        if (m->reduced) {
-            points_oracle_clear(&m->oracle);
-            sga_solution_clear(&m->sol);
-        }
-        sys_clear(&m->sys);
-    }
-    surfaces_clear(&s->s);
+    if (ok && s->j->trajectory && !s->j->request->sweeps)
+        slides_tell(s);
+    slides_unset(s);
 }

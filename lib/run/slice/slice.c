@@ -35,6 +35,12 @@ bool slice_beside(const struct request *r)
     return motion_alone(r) && r->want & whole && !(r->want & ~(SLICE_MOTION | whole)) && !(r->want & REQUEST_CONSISTENT_INITIAL) && !r->hamiltonian && r->lagrangian == EXPR_UNDEF;
 }
 
+/* As beside; of forms whose parts feed outputs in ways that rows show. */
+static bool may_feed(const struct request *r)
+{
+    return motion_alone(r) && !r->mechanical && !r->sweeps;
+}
+
 /* A reaction is known where its coordinate is modelled. */
 static void add_force(const struct expr_store *st, expr_id reaction, int *map, int coordinate)
 {
@@ -259,9 +265,24 @@ void answer_slice_feeds(struct job *j)
     struct slice_parts parts;
     SGA_ARENA(mem);
     unsigned char *needed = sga_zeros(&mem, (size_t)j->request->system.variables + 1, 1);
-    if (!may_slice(j->request) || j->request->mechanical || j->request->sweeps)
+    if (!may_slice(j->request) || !may_feed(j->request))
         return;
     find_needed(j, needed);
     if (slice_feeds(&j->request->system, needed, &parts))
         cut(j, &parts);
+}
+
+bool slice_feeds_less(const struct job *j)
+{
+    const struct request *r = j->request;
+    struct slice_parts parts;
+    SGA_ARENA(mem);
+    unsigned char *needed = sga_zeros(&mem, (size_t)r->system.variables + 1, 1);
+    if (!may_feed(r) || (r->want & ~(REQUEST_TRAJECTORY | REQUEST_TRADEOFF)) || r->hamiltonian || r->lagrangian != EXPR_UNDEF)
+        return false;
+    find_needed(j, needed);
+    if (!slice_feeds(&r->system, needed, &parts))
+        return false;
+    slice_parts_clear(&parts);
+    return true;
 }

@@ -62,6 +62,9 @@ void answer_slice(struct job *j, bool tied);
 /* Likewise what slice_feeds leaves. */
 void answer_slice_feeds(struct job *j);
 
+/* The motion alone is wanted, and what answer_slice has left is more than feeds the outputs: once the whole is reduced, less of it need be moved (part.h). */
+bool slice_feeds_less(const struct job *j);
+
 /* What is had of a motion. */
 enum { SLICE_MOTION = REQUEST_TRAJECTORY | REQUEST_CONSISTENT_INITIAL | REQUEST_TRADEOFF };
 /* Something is wanted of the whole system, and beside it a motion that answer_slice would cut if it were wanted alone (part.h). */

@@ -70,9 +70,8 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     struct sga_error general = { 0 };
     int set = (int)(m - j->request->sweep);
     bool ok = sweep_case_make(&c, j, s, r, m, err);
-    if (ok && c.solved)
-        modes.set(modes.of, set, &c.system, &c.solution, &c.request);
-    bool found = ok && c.solved && traj_run(&c.system, &c.solution, &c.request, j->trajectory, &general);
+    const struct traj_request *q = ok && c.solved ? modes.set(modes.of, set, &c.system, &c.solution, &c.request, &general) : NULL;
+    bool found = q && traj_run(&c.system, &c.solution, q, j->trajectory, &general);
     *analysis = "shared";
     if (found && !sweep_case_holds(&c, j->trajectory->initial, single)) {
         traj_result_clear(j->trajectory);
@@ -80,12 +79,24 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     }
     if (ok && !found && job_goes_on(j)) {
         *analysis = "own";
-        found = sweep_case_solve(&c, j, r->initial, err);
-        if (found)
-            modes.set(modes.of, set, &c.system, &c.own, &c.request);
-        found = found && traj_run(&c.system, &c.own, &c.request, j->trajectory, err);
+        q = sweep_case_solve(&c, j, r->initial, err) ? modes.set(modes.of, set, &c.system, &c.own, &c.request, err) : NULL;
+        found = q && traj_run(&c.system, &c.own, q, j->trajectory, err);
     }
+    if (found)
+        modes.tell(modes.of);
+    modes.unset(modes.of);
     sweep_case_clear(&c);
+    return found;
+}
+
+/* The trajectory from a set's own start. */
+static bool from_start(struct job *j, const struct sga_solution *s, const struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, struct sga_error *err)
+{
+    const struct traj_request *q = modes.set(modes.of, (int)(m - j->request->sweep), &j->request->system, s, r, err);
+    bool found = q && answer_integrate(j, s, q, j->trajectory, err);
+    if (found)
+        modes.tell(modes.of);
+    modes.unset(modes.of);
     return found;
 }
 
@@ -118,10 +129,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->exact_initial = exact_before ? exact : NULL;
     r->initial = initial;
     r->given = given;
-    if (!j->request->swept_count)
-        modes.set(modes.of, (int)(m - j->request->sweep), &j->request->system, s, r);
-    bool found = j->request->swept_count ? at_parameters(j, s, r, modes, m, single, &analysis, &err)
-                                        : answer_integrate(j, s, r, j->trajectory, &err);
+    bool found = j->request->swept_count ? at_parameters(j, s, r, modes, m, single, &analysis, &err) : from_start(j, s, r, modes, m, &err);
     bool ok = job_goes_on(j);
     t->initial = m->initial;
     t->initials = m->initials;
@@ -130,7 +138,6 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
         write_set(j, m, analysis, w);
         left->moved += answer_start_moved(j, j->trajectory->initial);
         left->found++;
-        modes.tell(modes.of);
         ok = answer_write_motion(j, w);
     } else if (ok) {
         left->late |= err.code == SGA_E_LIMIT_SECONDS;

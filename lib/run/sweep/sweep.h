@@ -6,15 +6,18 @@
 
 struct job;
 struct modes;
+struct sga_error;
 struct sga_solution;
 struct sys_system;
 struct traj_request;
 
-/* What a set with events that set modes needs of the floor above: modes.h. */
+/* What a set with modes (of events, or switches that slide) needs of the floor above: modes.h, slides.h. */
 struct sweep_modes {
-    struct modes *of;            /* NULL: there are none */
-    void (*set)(struct modes *m, int set, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq);
-    void (*tell)(struct modes *m);
+    void *of;
+    /* A set begins, of this system: the request that is followed; NULL with err. */
+    const struct traj_request *(*set)(void *of, int set, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err);
+    void (*tell)(void *of);      /* its motion is there, */
+    void (*unset)(void *of);     /* and its system ends */
 };
 
 /* Runs the members of the request's sweep, everything but the start as in `request`, into
