@@ -151,7 +151,7 @@ def closed_forms(c):
     c.closed("an algebraic value that is given follows", line, ["1"], {"x": "1", "y": "1/3"}, ["x", "y"],
              lambda t: [1 + t, 1 - t / 2], 1e-40)
     c.closed("given values that miss by less than a rounding", line, ["1"], {"x": "1.00000000000000000003", "y": "1"}, ["x"],
-             lambda t: [1 + t + mp.mpf("2.4e-20")], 1e-40)
+             lambda t: [1 + t + mp.mpf("3e-20")], 1e-40)       # y is algebraic, and adapts
     circle = {"form": "equations", "variables": ["x", "y"], "equations": ["x' = y", "y' = -x", "x^2 + y^2 = 1"]}
     c.closed("nearest on a circle", circle, ["1"], {"x": "3", "y": "4"}, ["x", "y"],
              lambda t: [(3 * mp.cos(t) + 4 * mp.sin(t)) / 5, (4 * mp.cos(t) - 3 * mp.sin(t)) / 5], 1e-40)

@@ -1,6 +1,9 @@
 """Motions through events that set variables, differentiated: cases of sensitivities_check.py
 
 Closed forms are differentiated by SymPy; what has none is held against differences of motions."""
+import copy
+import re
+
 import sympy
 
 
@@ -19,6 +22,28 @@ def ask(form, parameters, initial, stop, by, starts, at, accuracy=None, **more):
 
 def equations(variables, lines):
     return {"form": "equations", "variables": variables, "equations": lines}
+
+
+def written(ask, table, text):
+    """The same without the table: its name is u."""
+    def put(part):
+        if isinstance(part, str):
+            return re.sub(r"\bu\b", f"({text})", part)
+        return [put(p) for p in part] if isinstance(part, list) else {k: put(v) for k, v in part.items()} if isinstance(part, dict) else part
+    own = copy.deepcopy(ask)
+    own["system"]["tables"] = {"u": table}
+    return own, put(ask)
+
+
+def line(times, values):
+    """Linear interpolation as an expression; two samples at one time are a step."""
+    text = None
+    for a, b, x, y in reversed(list(zip(times, times[1:], values, values[1:]))):
+        if a == b:
+            continue
+        piece = f"{x} + ({y} - {x})*(t - {a})/({b} - {a})"
+        text = piece if text is None else f"if(t < {b}, {piece}, {text})"
+    return {"times": times, "values": values, "interpolation": "linear"}, text
 
 
 FALL = equations(["x", "v"], ["x' = v", "v' = -g"])
@@ -103,6 +128,49 @@ DIFFERENCES += [
                                        {"x": 0, "y": 0, "a": 0.3, "x'": 1, "a'": 0.2}, 1.5, ["m", "k", "e"], ["a", "a'"], events(("x - e", "up", {"x'": "-e*x'"})))),
 ]
 
+def sliding(variables, lines, parameters, initial, stop, by, starts=(), **more):
+    own = ask(equations(variables, lines), parameters, initial, stop, by, list(starts), [], **more)
+    return {**own, "trajectory": {**own["trajectory"], "sliding": True}}
+
+
+# x0 > 0 comes to 0 at x0/(k - h) and stays there; a block that a ramp pulls sticks until the force is k: v = (t - k)^2/2 from then on
+SLIDES_CLOSED = [
+    ("onto a surface, for good", sliding(["x"], ["x' = h - k*sign(x)"], {"k": "1.6", "h": "0.5"}, {"x": 1.1}, 2.1, ["k", "h"], ["x"]),
+     [sympy.Piecewise((E - (G - H) * T, T < E / (G - H)), (0, True))], {G: "1.6", H: "0.5", E: "1.1"}, [G, H, E]),
+    ("a block that is pulled", sliding(["x", "v"], ["x' = v", "v' = t - k*sign(v)"], {"k": "0.9"}, {"x": 0, "v": 0}, 2.2, ["k"], ["x"]),
+     [sympy.Piecewise((E, T < G), (E + (T - G)**3 / 6, True)), sympy.Piecewise((0, T < G), ((T - G)**2 / 2, True))], {G: "0.9", E: 0}, [G, E]),
+]
+SLIDES = [
+    ("friction, stick and slip", sliding(["x", "v"], ["x' = v", "v' = -k*x - c*sign(v) + a*sin(2*t)"], {"k": "1.7", "c": "0.5", "a": "1.3"}, {"x": 0.8, "v": 0.1}, 5, ["k", "c", "a"], ["x", "v"])),
+    ("on a belt", sliding(["x", "v"], ["x' = v", "v' = -k*x - c*sign(v - w) - v/9"], {"k": "2", "c": "0.7", "w": "0.4"}, {"x": 0, "v": 0.2}, 5, ["k", "c", "w"], ["x"])),
+    ("along a surface that moves", sliding(["x", "y"], ["x' = y - sign(x - a*sin(t))", "y' = -y/3 + x*k"], {"k": "0.7", "a": "0.4"}, {"x": 0.6, "y": 0.2}, 3, ["k", "a"], ["x", "y"])),
+    ("of index 1", sliding(["x", "y", "z"], ["x' = z - k*sign(x)", "y' = x - y", "z + z^3/9 = cos(t)*a + y"], {"k": "0.9", "a": "1.4"}, {"x": 0.5, "y": 0.1}, 4, ["k", "a"], ["x", "y"])),
+    ("of index 3", sliding(["x", "y", "l"], ["x'' = -x/2 + l*(1 + x/4) - c*sign(x')", "y'' = -k*l + a*sin(2*t)", "x + x^2/8 = k*y"], {"c": "0.9", "k": "1.2", "a": "1.4"},
+                           {"x": 0.3, "x'": 0.5}, 4, ["c", "k", "a"], ["x", "x'"])),
+]
+
+
+STUCK = [("a start that sticks, moved off its surface", sliding(["x", "v"], ["x' = v", "v' = t - k*sign(v)"], {"k": "0.9"}, {"x": 0, "v": 0}, 2.2, ["k"], ["v"]), "inconsistent_initial",
+          "/trajectory/initial")]
+
+
+def random_slide(rng):
+    """An oscillator with dry friction, at rest or on a belt that moves, or a relay; the surface may move with a parameter."""
+    p = {"k": f"{rng.uniform(0.8, 2):.3f}", "c": f"{rng.uniform(0.3, 0.9):.3f}", "a": f"{rng.uniform(0.6, 1.6):.3f}", "w": f"{rng.uniform(-0.4, 0.4):.3f}"}
+    start, stop = {"x": round(rng.uniform(-1, 1), 3), "v": round(rng.uniform(0.1, 0.9), 3)}, round(rng.uniform(2, 4), 3)
+    push = rng.choice(["a*sin(2*t)", "a*cos(t)", "a*sin(t)^2"])
+    kind = rng.choice(["friction", "belt", "relay", "two", "index 1"])
+    if kind == "relay":
+        return sliding(["x", "v"], ["x' = v - c*sign(x - w*t)", f"v' = -k*x - v/3 + {push}/3"], p, start, stop, rng.sample(sorted(p), 2), ["x"])
+    if kind == "two":
+        lines = ["x' = v", f"v' = -k*x - c*sign(v) - (x - y) + {push}", "y' = u", "u' = x - y - c*sign(u - w)/2"]
+        return sliding(["x", "v", "y", "u"], lines, p, {**start, "y": 0.1, "u": -0.2}, stop, rng.sample(sorted(p), 2), ["x"])
+    if kind == "index 1":
+        return sliding(["x", "v", "f"], ["x' = v", f"v' = f + {push}", "f + f^3/20 = -k*x - c*sign(v)"], p, start, stop, rng.sample(sorted(p), 2), ["v"])
+    speed = "w" if kind == "belt" else "0"
+    return sliding(["x", "v"], ["x' = v", f"v' = -k*x - c*sign(v - {speed}) + {push}"], p, start, stop, rng.sample(sorted(p), 2), ["x", "v"])
+
+
 PAIR = equations(["x", "v", "y", "w"], ["x' = v", "v' = -2", "y' = w", "w' = -2"])
 BOTH = events(("x", "down", {"v": "-e*v"}), ("y", "down", {"w": "-e*w"}))
 
@@ -112,13 +180,21 @@ ENDED = [
     ("two balls at once, both moved", ask(PAIR, {"e": "0.5", "h": "1"}, {"x": "h", "v": 0, "y": "h", "w": 0}, 1.5, ["e", "h"], None, BOTH), None, None),
     ("a floor that is only touched", ask(equations(["x", "v"], ["x' = v", "v' = g"]), {"g": "2"}, {"x": 1, "v": -2}, 2, ["g"], None, events(("x", "any", {"v": "-v"}))), 1, "only touches"),
     ("onto the zero of another event", ask(FALL, {"g": "2"}, {"x": 1, "v": 0}, 2, ["g"], None, events(("x", "down", {"v": "-v + 0.1"}), ("v - 2.1", "down", {"v": "3*v"}))), 1, "zero of event 1"),
+    ("at a step of a table", written(ask(FALL, {"g": "2", "s": "0.5"}, {"x": 1, "v": 0}, 1, ["g", "s"], None, events(("t - s", "up", {"v": "v + u"}))),
+                                     *line([0, 0.5, 0.5, 2], [1, 1, 0, 0]))[0], 0.5, "at a knot of a table"),
+    ("at a kink of a table", written(ask(FALL, {"g": "2", "s": "0.5"}, {"x": 1, "v": 0}, 1, ["s"], None, events(("t - s", "up", {"v": "v + u"}))),
+                                     *line([0, 0.5, 2], [1, 1, 0]))[0], 0.5, "at a knot of a table"),
+    ("at a step of a table, by what does not move it", written(ask(FALL, {"g": "2"}, {"x": 1, "v": 0}, 1, ["g"], None, events(("t - 1/2", "up", {"v": "v + u"}))),
+                                                               *line([0, 0.5, 0.5, 2], [1, 1, 0, 0]))[0], None, None),
     ("an accumulation", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 0}, 12, ["g", "e"], None, events(GROUND)), None, None),
     ("a start at the zero, to the other side", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.4, ["g"], ["x"], events(GROUND)), None, None),
 ]
 
 REFUSED = [
     ("a start at an event's zero", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.5, ["g"], ["x"], events(("x", "any", {"v": "-e*v"}))), "inconsistent_initial", "/trajectory/initial"),
-    ("in double-double", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 1}, 1.5, ["g"], ["x"], events(GROUND), {"arithmetic": "double-double"}), "not_supported", "/trajectory/events/0/set"),
+    ("in balls", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 1}, 1.5, ["g"], ["x"], events(GROUND), {"arithmetic": "ball"}), "not_supported", "/trajectory/events/0/set"),
+    ("impulses in double-double", ask(BEAD, {"m": "1.3", "L": "1", "e": "0.5"}, {"x": 0.8}, 1.2, ["m"], ["x"], events(("x - 3/5", "down", {"x'": "-e*x'"})), {"arithmetic": "double-double"}),
+     "not_supported", "/trajectory/events/0/set"),
 ]
 
 
@@ -147,6 +223,31 @@ DIFFERENCES += [
     ("least movement onto a mode", ask(equations(["a", "b", "l"], ["p*a' = -l - a/5", "3*b' = l", "if(m == 1, a - b*c, l) = 0"]), {"p": "2", "c": "0.9"}, {"a": 5, "b": 0}, 2, ["p", "c"], ["a"],
                                        events(("a - 4", "down", {"m": "1"})), modes=modes(m=([0, 1], 0)))),
 ]
+
+
+def random_table(rng):
+    """A motion with walls and a table in its field, in what is set, or in where a wall is: lines, lines with a step, or a cubic, which a spline reproduces."""
+    p = {"k": f"{rng.uniform(1, 4):.3f}", "e": f"{rng.uniform(0.4, 1.1):.3f}", "h": f"{rng.uniform(0.5, 0.8):.3f}"}
+    times = [0, round(rng.uniform(0.3, 0.9), 3), round(rng.uniform(1, 1.6), 3), round(rng.uniform(1.8, 2.2), 3), 3]
+    where, kind = rng.choice(["field", "set", "wall", "constraint", "mode"]), rng.choice(["line", "step", "cubic"])
+    if kind == "cubic":
+        a, b = (rng.randint(-3, 3) / 8 for _ in range(2))
+        table, text = {"times": times, "values": [f"{a}*({t})^3 + {b}*({t})^2 + 1/4" for t in times]}, f"{a}*t^3 + {b}*t^2 + 1/4"
+    else:
+        values = [round(rng.uniform(-0.5, 0.5), 3) for _ in times]
+        if kind == "step" and where not in ("wall", "constraint"):
+            times, values = times[:3] + times[2:], values[:3] + [values[2] + 0.5] + values[3:]
+        table, text = line(times, values)
+    lines, variables, more = ["x' = v", "v' = -k*x" + (" + u" if where == "field" else "")], ["x", "v"], {}
+    hit, wall = "-e*v" + (" + u*x" if where == "set" else ""), "h + u/20" if where == "wall" else "h"
+    walls = [(f"x - {wall}", "up", {"v": hit}), (f"x + {wall}", "down", {"v": hit})]
+    if where == "constraint":
+        lines, variables = ["x' = v", "v' = -f", "f + f^3/9 = k*x + u"], ["x", "v", "f"]
+    if where == "mode":
+        lines, more = ["x' = v", "v' = -k*x + m*u"], {"modes": modes(m=([1, 2], 1))}
+        walls[0][2]["m"] = "3 - m"
+    ask_ = ask(equations(variables, lines), p, {"x": 0.1, "v": round(rng.uniform(1, 1.6), 3)}, 2.7, rng.sample(sorted(p), 2), ["v"], events(*walls), **more)
+    return f"{kind} in {where}", *written(ask_, table, text)
 
 
 def random_case(rng):

@@ -2,7 +2,8 @@
 
 - closed forms, differentiated by SymPy: parameters, initial values, switches, starts that are nearest points;
 - differences of motions in double-double, carried to a step of 0: every form, index 3, gauge choices, tables, kinks and jumps of field and constraints;
-- the same through events that set variables (saltation.py);
+- the same through events that set variables, with tables, and through slides (saltation.py); requests with tables against the same written as expressions;
+- double-double against double, where derivatives jump by other code; balls against closed forms, which they must hold, and against double-double;
 - random systems with a multiplier; what does not depend on the order of equations; refusals, with code and place.
 
 Differences are good to some 1e-9 in double (where motions jump or have tables), and to some 1e-13 else.
@@ -37,7 +38,10 @@ def equations(variables, lines, parameters, **more):
 
 
 PENDULUM = equations(["x", "y", "lam"], ["x'' = -lam*x", "y'' = -lam*y - g", "x^2 + y^2 = L^2"], {"g": "9.81", "L": "1.2"})
+RODS = equations(["x", "y", "u", "v", "p", "q"], ["x'' = -p*x - q*(x - u)", "y'' = -9.81 - p*y - q*(y - v)", "m*u'' = -q*(u - x)", "m*v'' = -m*9.81 - q*(v - y)", "x^2 + y^2 = L^2",
+                                                 "(u - x)^2 + (v - y)^2 = K^2"], {"L": "1", "K": "0.8", "m": "1.5"})
 DD = {"rtol": 1e-18, "arithmetic": "double-double"}
+BALL = {"rtol": 1e-20, "arithmetic": "ball"}
 KINKS = [["x' = v", "v' = -z", z] for z in ("z = k*x + abs(x)", "z + z^3/10 = k*x + abs(x)", "z + z^3/10 = k*sign(x)", "z = k*sign(x)")]
 
 # label, request, whether motions of double-double can be differenced
@@ -46,6 +50,15 @@ DIFFERENCES = [
     ("index 3 in double-double", request(PENDULUM, {"x": 1}, 2, ["g", "L"], ["x"], accuracy=DD), True),
     ("index 3, fine", request(PENDULUM, {"x": 1}, 1, ["L"], accuracy={"rtol": 1e-14}), True),
     ("nearest point", request(PENDULUM, {"x": 1.1, "y": 0.2}, 2, ["L"], ["x", "y"]), True),
+    ("nearest point, of which one coordinate is where it was by chance", request(PENDULUM, {"x": 1.1, "y": 0}, 1, ["L"], ["x", "y"]), True),
+    ("two rods off their lengths", request(RODS, {"x": 0.8, "y": -0.5, "u": 1.5, "v": -0.8, "x'": 0.1, "y'": 0.2}, 1, ["L", "K", "m"], ["x", "v", "y'"]), True),
+    ("nearest point, some of it held", request(RODS, {"x": 0.8, "y": -0.5, "u": 1.5, "v": -0.8}, 0.5, ["L", "K"], ["u", "v"], hold=["x"]), True),
+    ("nearest point, given by parameters", request(RODS, {"x": "L/2", "y": "-K", "u": 1.5, "v": "-m/2"}, 0.5, ["L", "K", "m"], ["u"]), True),
+    ("nearest point where a switch is", request(equations(["x", "v", "z"], ["x' = v + z", "v' = -z", "z + z^3/10 = k*x + abs(x)*v"], {"k": "1.3"}), {"x": 1, "v": 0.2, "z": 0.7}, 0.5,
+                                                ["k"], ["x", "v", "z"]), False),
+    ("nearest point on a surface that moves", request(equations(["x", "y", "l"], ["x' = y + x*l", "y' = -x*k + y*l", "x^2 + k*y^2 = 1 + t/10"], {"k": "1.5"}), {"x": 0.9, "y": 0.7}, 1,
+                                                      ["k"], ["x", "y"]), True),
+    ("a bound that the start lies on", request(PENDULUM, {"x": 1.1, "y": 0.4}, 1, ["L"], ["x"], bounds={"y": [None, "-0.3"]}), False),
     ("nearest point, fine", request(PENDULUM, {"x": 1.1, "y": 0.2}, 1, ["L"], ["x"], accuracy={"rtol": 1e-11}), True),
     ("values that are consistent, all given", request(PENDULUM, {"x": 1.2, "y": 0}, 2, ["g"], ["x", "y"]), True),
     ("initial value by a parameter", request(PENDULUM, {"x": "L/2", "x'": "g/10"}, 1, ["g", "L"]), True),
@@ -119,6 +132,22 @@ CLOSED = [
      [A * sympy.cos(K * T) - sympy.sqrt(1 - A**2) * sympy.sin(K * T), A * sympy.sin(K * T) + sympy.sqrt(1 - A**2) * sympy.cos(K * T)], {K: "2", A: "0.6"}, [K, A]),
 ]
 
+NO_MOTION_IN_DD = ("a jump in time",)      # which ends there: no step is small enough for its tolerances
+ALSO_IN_BALLS = ("index 3", "two rods off their lengths", "nearest point, given by parameters", "nearest point on a surface that moves", "values that are consistent, all given",
+                 "initial value by a parameter", "hamiltonian on a curve", "descriptor", "least norm", "conditions", "backwards", "table")
+TURNING = equations(["x", "y", "l"], ["x' = -y + l*x", "y' = x + l*y", "x^2 + y^2 = k^2"], {"k": "2"})
+ON_CIRCLE = [K * (A * sympy.cos(T) - B * sympy.sin(T)) / sympy.sqrt(A**2 + B**2), K * (A * sympy.sin(T) + B * sympy.cos(T)) / sympy.sqrt(A**2 + B**2)]
+# as CLOSED; in balls, and each holds what it is said to hold
+IN_BALLS = [case for case in CLOSED if case[0] in ("decay", "logistic", "oscillator on a line", "held, the rest follows")] + [
+    ("a nearest point", request(TURNING, {"x": "3", "y": "1"}, 1, ["k"], ["x", "y"], outputs=["x", "y"]), ON_CIRCLE, {K: "2", A: 3, B: 1}, [K, A, B]),
+    ("a nearest point, one coordinate of which is where it was", request(TURNING, {"x": "3", "y": 0}, 1, ["k"], ["x", "y"], outputs=["x", "y"]), ON_CIRCLE, {K: "2", A: 3, B: 0}, [K, A, B]),
+    ("a decimal that is not on the circle", request(TURNING, {"x": "1.2", "y": "1.6000000000000000000000000001"}, 1, ["k"], ["x", "y"], outputs=["x", "y"]), ON_CIRCLE,
+     {K: "2", A: "1.2", B: "1.6000000000000000000000000001"}, [K, A, B]),
+    ("a start on the circle", request(TURNING, {"x": "1.2", "y": "1.6"}, 1, ["k"], ["x"], outputs=["x", "y"]), ON_CIRCLE, {K: "2", A: "1.2", B: "1.6"}, [K, A]),
+    ("a table that is a cubic", request(equations(["x"], ["x' = u - k*x"], {"k": "2"}, tables={"u": {"times": [0, 1, 2, 3], "values": [0, 1, 8, 27]}}), {"x": 1}, "5/2", ["k"], ["x"]),
+     [(A + 6 / K**4) * sympy.exp(-K * T) + T**3 / K - 3 * T**2 / K**2 + 6 * T / K**3 - 6 / K**4], {K: "2", A: 1}, [K, A]),
+]
+
 CIRCLE = equations(["x", "y"], ["x' = -y", "x^2 + y^2 = k^2"], {"k": 2, "free": None})
 PLAIN = equations(["x"], ["x' = -k*x"], {"k": 2, "free": None})
 DECAY = equations(["x"], ["x' = -k*x"], {"k": 2})
@@ -129,13 +158,15 @@ REFUSED = [
     ("a start that is not given", request(CIRCLE | {"parameters": {"k": 2}}, {"x": 1}, 1, [], ["y"]), "missing_member", "/trajectory/sensitivities/initial/0"),
     ("an unknown variable", request(DECAY, {"x": 1}, 1, [], ["z"]), "unknown_name", "/trajectory/sensitivities/initial/0"),
     ("nothing", request(DECAY, {"x": 1}, 1), "empty_system", "/trajectory/sensitivities"),
-    ("balls", request(DECAY, {"x": 1}, 1, ["k"], accuracy={"arithmetic": "ball"}), "not_supported", "/accuracy/arithmetic"),
+    ("balls, from a start that is searched for", request(DECAY, {}, 1, ["k"], start_equations=["x' = 1"], accuracy=BALL), "not_supported", "/accuracy/arithmetic"),
     ("a special value", request(equations(["x", "z"], ["x' = z", "k*z = x"], {"k": 0}), {"x": 0, "z": 1}, 1, ["k"]), "not_supported", "/trajectory/sensitivities"),
     ("consistent at one value only", request(equations(["x", "y"], ["x' = y", "y = 1", "y = k"], {"k": 1}), {"x": 0}, 1, ["k"]), "no_motion", "/trajectory/sensitivities"),
     ("a start on a kink", request(equations(["x", "y"], ["x' = 1", "y = abs(x)"], {"k": 1}), {"x": 0, "y": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a start where the field jumps", request(equations(["x"], ["x' = 1 + step(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a start at rest on a kink", request(equations(["x"], ["x' = abs(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
-    ("jumps in double-double", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy=DD), "not_supported", "/accuracy/arithmetic"),
+    ("jumps in double-double, by implicit steps", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy={**DD, "method": "radau"}), "not_supported",
+     "/accuracy/arithmetic"),
+    ("a start at the middle of a circle", request(PENDULUM, {"x": 0, "y": 0}, 1, ["L"], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a sweep", request(DECAY, {"x": 1}, 1, ["k"]) | {"sweep": [{"initial": {"x": 2}}]}, "not_supported", "/trajectory/sensitivities"),
 ]
 
@@ -176,8 +207,24 @@ class Check:
             return
         values = {k: sympy.Rational(str(v)) for k, v in values.items()}
         slopes = [sympy.diff(f, v).subs(values) for f in forms for v in by]
-        expected = [[mp.mpf(sympy.N(s.subs(T, sympy.Rational(row[0])), 30)) for s in slopes] for row in t["sensitivities"]["rows"]]
+        stop, last = sympy.Rational(str(ask["trajectory"]["stop"])), ask["trajectory"]["samples"] - 1      # in longer numbers times are exact
+        times = [stop * i / last if "accuracy" in ask else sympy.Rational(row[0]) for i, row in enumerate(t["sensitivities"]["rows"])]
+        expected = [[mp.mpf(sympy.N(s.subs(T, time), 34)) for s in slopes] for time in times]
         self.compare(label, t, expected)
+
+    def in_balls(self, label, ask, forms, values, by):
+        t = self.motion(label, {**ask, "accuracy": BALL})
+        if not t:
+            return
+        s, values = t["sensitivities"], {k: sympy.Rational(str(v)) for k, v in values.items()}
+        slopes = [sympy.diff(f, v).subs(values) for f in forms for v in by]
+        self.tally.check(s["arithmetic"] == "ball" and len(s["rows"]) == len(t["rows"]) == 4 and s["accuracy_reached"], f"{label}: all rows", str(s["ended"]))
+        with mp.workdps(80):
+            for row, radii, time in zip(s["rows"], s["radii"], (0, 1, 2, 3)):
+                when = sympy.Rational(str(ask["trajectory"]["stop"])) * time / 3
+                for k, f in enumerate(slopes):
+                    off = abs(mp.mpf(getattr(row[k + 1], "text", repr(row[k + 1]))) - mp.mpf(sympy.N(f.subs(T, when), 80)))
+                    self.tally.check(off <= radii[k], f"{label}: the ball of {s['columns'][k + 1]} at {row[0]}", f"{mp.nstr(off, 5)}, radius {radii[k]}")
 
     def moved(self, ask, kind, name, step):
         own = copy.deepcopy(ask)
@@ -207,6 +254,18 @@ class Check:
         size = max(abs(v) for row in expected for v in row)
         self.compare(label, t, expected, mp.mpf("1e-11" if longer else own) * (1 + size))
 
+    def same(self, label, one, two):
+        """Two requests that say the same: columns of motion and derivatives agree to what is told of both."""
+        one, two = (self.motion(label, {**ask, "limits": {"seconds": 300}}) for ask in (one, two))
+        if not one or not two or not self.tally.check("sensitivities" in one and "sensitivities" in two, f"{label}: there are derivatives"):
+            return
+        parts = (("the motion", one, two), ("derivatives", one["sensitivities"], two["sensitivities"]))
+        for what, a, b in parts:
+            self.tally.check(len(a["rows"]) == len(b["rows"]) and (a["ended"] is None) == (b["ended"] is None), f"{label}: ends of {what}", f"{a['ended']}, {b['ended']}")
+            for r, q, e, f in zip(a["rows"], b["rows"], a["errors"], b["errors"]):
+                off = max(abs(at(r, k) - at(q, k)) / (1 + abs(at(q, k))) for k in range(len(r)))
+                self.tally.check(off <= 4 * (e + f) + 1e-13, f"{label}: {what} at {r[0]}", f"{off}, told {e} and {f}")
+
     def order(self, label, ask):
         """The same in another order of equations and variables."""
         other = copy.deepcopy(ask)
@@ -235,7 +294,35 @@ class Check:
         k = sum(v * v for v in start.values())**0.5 * (1 if len(given) < len(names) else 1.1)
         ask = request(equations(names + ["lam"], lines, {"a": "0.7", "b": "-1.2", "k": f"{k:.6f}"}), {x: start[x] for x in given}, 1, ["a", "k"], given[:1])
         self.differences(f"random {n}", ask, True)
+        if n % 2:
+            self.same(f"random {n}, balls and double-double", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
         self.order(f"random {n}", ask)
+
+    def random_rods(self, n):
+        """A chain of rods from a start that is off their lengths: what is told of the start's own error is no more than it has."""
+        rng = random.Random(n)
+        points = [("0", "0")] + [(f"x{i}", f"y{i}") for i in range(rng.randint(1, 3))]
+        force, mass = {}, {}
+        for i, (x, y) in enumerate(points[1:]):
+            mass[x] = mass[y] = rng.choice(["1", "m", "1/2"])
+            force[x], force[y] = [f"-f{i}*({x} - {points[i][0]})"], ["-3", f"-f{i}*({y} - {points[i][1]})"]
+            if i:
+                force[points[i][0]].append(f"-f{i}*({points[i][0]} - {x})")
+                force[points[i][1]].append(f"-f{i}*({points[i][1]} - {y})")
+        lines = [f"{mass[c]}*{c}'' = {' '.join(f if f[0] == '-' else '+' + f for f in force[c])}" for c in force]
+        lines += [f"({x} - {points[i][0]})^2 + ({y} - {points[i][1]})^2 = {rng.choice(['L', 'L*m', '1'])}^2" for i, (x, y) in enumerate(points[1:])]
+        start, at = {}, [0.0, 0.0]
+        for x, y in points[1:]:
+            at = [at[0] + rng.uniform(0.3, 0.9), at[1] - rng.uniform(0.3, 0.9)]
+            start |= {x: round(at[0], 3), y: round(at[1], 3)}
+        start |= {f"{c}'": round(rng.uniform(-0.3, 0.3), 3) for c in rng.sample(list(start), rng.randint(0, len(start)))}
+        ask = request(equations(list(force) + [f"f{i}" for i in range(len(points) - 1)], lines, {"L": "1.1", "m": "0.9"}), start, 0.6, ["L", "m"], rng.sample(list(start), 2), outputs=list(force))
+        self.differences(f"rods {n}", ask, True)
+        if n % 2 and len(points) < 4:
+            self.same(f"rods {n}, balls and double-double", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
+        t = self.motion(f"rods {n}", ask)
+        s = t["sensitivities"] if t else {"start": None, "column_errors": [0]}
+        self.tally.check(s["start"] == "solved" and max(s["column_errors"]) < 1e-5, f"rods {n}: errors are small", str((s["start"], max(s["column_errors"]))))
 
     def ended(self, label, ask, when, words):
         """Derivatives end with their reason, and the motion goes on."""
@@ -249,18 +336,39 @@ class Check:
             self.tally.check(s["ended"] and s["ended"]["reason"] == "not_smooth" and words in s["ended"]["detail"], f"{label}: the reason", str(s["ended"]))
             self.tally.check(s["ended"] and abs(s["ended"]["t"] - when) < 1e-6 and all(r[0] <= when for r in s["rows"]) and len(s["rows"]) < len(t["rows"]), f"{label}: when", str(s["ended"]))
 
-    def random_jumps(self, n):
-        """Where an event is too near to a sample for differences nothing is checked."""
-        ask = saltation.random_case(random.Random(n))
+    def random_jumps(self, n, what, draw):
+        """Where an event, or an end of a slide, is too near to a sample for differences nothing is checked."""
+        ask = draw(random.Random(n))
         result, problem = self.solver.solve(ask)
         t = result and result["trajectory"]
-        if not self.tally.check(t, f"random jumps {n}", str(problem)):
+        if not self.tally.check(t, f"random {what} {n}", str(problem)):
             return
         s = t["sensitivities"]
         size = max([abs(float(v)) for r in s["rows"] for v in r if v is not None], default=0)
-        near = min([abs(float(e["t"]) - float(r[0])) / (1 + size) for e in t["events"] for r in t["rows"]], default=1)
+        times = [e["t"] for e in t.get("events", [])] + [w for s_ in t.get("slides", []) for w in (s_["from"], s_["to"]) if w is not None]
+        near = min([abs(float(w) - float(r[0])) / (1 + size) for w in times for r in t["rows"]], default=1)
+        if ask["system"]["form"] == "equations" and what == "jumps" and near > 1e-9:
+            self.same(f"random {what} {n}, double-double against double", {**ask, "accuracy": DD}, ask)
         if s["ended"] is None and t["ended"] is None and near > 5e-4 and size < 1e4:
-            self.differences(f"random jumps {n}", ask, False, "2e-4", "1e-6")
+            self.differences(f"random {what} {n}", ask, False, "2e-4", "1e-6")
+
+    def random_switches(self, n):
+        """Fields, and constraints of index 1, with switches whose surfaces move: double-double against double, where derivatives jump by other code, and against differences."""
+        rng = random.Random(n)
+        p = {"k": f"{rng.uniform(0.8, 2):.3f}", "c": f"{rng.uniform(0.1, 0.4):.3f}", "a": f"{rng.uniform(-0.3, 0.3):.3f}"}
+        surface = rng.choice(["x - a", "v - a", "x + v/3 - a*cos(t)", "x - a*t"])
+        switch = rng.choice([f"c*sign({surface})", f"c*step({surface})*x", f"c*abs({surface})", f"max(c*({surface}), x/5)", f"if({surface} > 0, c, v/4)"])
+        lines, variables = [f"x' = v", f"v' = -k*x - {switch} + sin(2*t)"], ["x", "v"]
+        if rng.random() < 0.4:
+            lines, variables = ["x' = v", "v' = -z + sin(2*t)", f"z + z^3/9 = k*x + {switch}"], ["x", "v", "z"]
+        ask = request(equations(variables, lines, p), {"x": round(rng.uniform(0.5, 1), 3), "v": round(rng.uniform(0.2, 0.6), 3)}, round(rng.uniform(2, 4), 3), ["k", "c", "a"], ["x"])
+        result, problem = self.solver.solve(ask)
+        if not self.tally.check(result is not None, f"random switches {n}", str(problem)):
+            return
+        if result["trajectory"]["ended"] is None and result["trajectory"]["sensitivities"]["ended"] is None:      # it does not slide
+            self.same(f"random switches {n}, double-double against double", {**ask, "accuracy": DD}, ask)
+            if n % 3 == 0:
+                self.differences(f"random switches {n}", ask, False, "5e-5", "1e-6")
 
     def refused(self, label, ask, code, pointer):
         result, problem = self.solver.solve(ask)
@@ -273,19 +381,41 @@ def main():
         check.closed(*case)
     for case in DIFFERENCES:
         check.differences(*case)
-    for case in saltation.CLOSED:
+    for case in IN_BALLS:
+        check.in_balls("balls: " + case[0], *case[1:])
+    for label, ask, *rest in CLOSED:
+        if label not in NO_MOTION_IN_DD:
+            check.closed(f"{label}, in double-double", {**ask, "accuracy": DD}, *rest)
+    for label, ask, longer in DIFFERENCES:
+        if not longer:
+            check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
+    for label, ask, _ in DIFFERENCES:
+        if label in ALSO_IN_BALLS:
+            check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
+    for case in saltation.CLOSED + saltation.SLIDES_CLOSED:
         check.closed(*case)
+    for label, ask, *rest in saltation.CLOSED:
+        check.closed(f"{label}, in double-double", {**ask, "accuracy": DD}, *rest)
     for label, ask in saltation.DIFFERENCES:
+        if ask["system"]["form"] != "mechanical":       # impulses are computed in double
+            check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
+    for label, ask in saltation.DIFFERENCES + saltation.SLIDES:
         check.differences(label, ask, False, "5e-4")
     for case in saltation.ENDED:
         check.ended(*case)
-    for case in REFUSED + saltation.REFUSED:
+    for case in REFUSED + saltation.REFUSED + saltation.STUCK:
         check.refused(*case)
     first = seed(18)
     for n in range(scaled(8)):
         check.random(first + n)
+        check.random_rods(first + n)
+        check.random_switches(first + n)
     for n in range(scaled(16)):
-        check.random_jumps(first + n)
+        check.random_jumps(first + n, "jumps", saltation.random_case)
+        check.random_jumps(first + n, "slides", saltation.random_slide)
+        label, ask, _ = saltation.random_table(random.Random(first + n))
+        check.same(f"{label} {first + n}, double-double against double", {**ask, "accuracy": DD}, ask)
+        check.same(*(f"random tables {first + n}: {part}" if i == 0 else part for i, part in enumerate(saltation.random_table(random.Random(first + n)))))
     return check.tally.end()
 
 

@@ -38,10 +38,8 @@ static bool check_sets(struct job *j)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
-    else if (r->tables)
-        what = "tables";
-    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE)
-        what = "double-double arithmetic";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && !strcmp(r->form, "mechanical"))
+        what = "double-double arithmetic in form mechanical, whose impulses are computed in double";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
@@ -67,8 +65,8 @@ static bool check_sliding(struct job *j)
         what = "a choice of gauge";
     else if (r->strata)
         what = "solved strata";
-    else if (t->sensitivities.has)
-        what = "sensitivities";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && t->sensitivities.has)
+        what = "sensitivities in double-double";
     else
         what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);

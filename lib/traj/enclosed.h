@@ -26,10 +26,10 @@ void enclosed_problem_clear(struct enclose_problem *problem);
  * were not given adapting, they stay exactly; where they had to move, it is the point of the set nearest to them; and where that is not
  * the point `near`, coordinates of Pf have the value of `near` exactly. What is solved for is proved to be one point.
  * False: INITIAL, it cannot be proved with prec bits. */
-bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_problem *problem, const struct sga_solution *sol,
+bool enclosed_start(struct flow *f, const struct sys_system *sys, const struct enclose_problem *problem, const struct sga_solution *sol,
                     const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
-/* enclosed_nearest.c: x (n) becomes the nearest point, if one near `near` can be proved. */
-bool enclosed_nearest(struct expr_store *st, const struct enclose_problem *problem, const struct sga_solution *sol,
+/* enclosed_nearest.c: x (n) becomes the nearest point, tier by tier (tiers.h), if one near `near` can be proved; where rq->asked says so with the derivatives that it has. */
+bool enclosed_nearest(const struct sys_system *sys, const struct enclose_problem *problem, const struct sga_solution *sol,
                       const struct traj_request *rq, const struct sizes *sizes, const double *near, const arb_t t0, slong prec, arb_ptr x);
 /* enclosed_jump.c: a constraint with a variable that no equation differentiates may jump at knots (signals_continuous allowed it). */
 bool enclosed_jumps(const struct flow *f, const struct sga_solution *sol);

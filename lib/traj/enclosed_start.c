@@ -40,13 +40,32 @@ void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise,
     num_ball_clear(&b);
 }
 
+/* Arguments of signs in the constraints, each once; malloced: where one changes its sign a constraint jumps, of which the field, its derivative, says nothing. */
+static expr_id *jumping(const struct expr_store *st, const struct sga_solution *sol, int *count)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED expr_id *root = sga_malloc((size_t)(sol->constraints + 1) * sizeof *root);
+    expr_cone_init(&cone);
+    for (int i = 0; i < sol->constraints; i++)
+        root[i] = sol->constraint[i].expr;
+    expr_cone_of(st, &cone, root, sol->constraints);
+    expr_id *list = sga_malloc((size_t)(cone.count + 1) * sizeof *list);
+    *count = 0;
+    for (int k = 0; k < cone.count; k++)
+        if (expr_op_of(st, cone.list[k]) == EXPR_SIGN)
+            list[(*count)++] = st->node[cone.list[k]].a;
+    return list;
+}
+
 bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                       struct enclose_problem *p, struct sga_error *err)
 {
     int n = f->n, *variable = field_inputs(sys);
     const struct gauge_choice *choice = &f->field.choice;
     expr_id *field = memcpy(sga_malloc((size_t)(n + 1) * sizeof *field), f->field.root, (size_t)n * sizeof *field);
-    expr_id *nonzero = sga_malloc((size_t)(sol->sides + sol->pivots + sol->dense_blocks + choice->pivots + 1) * sizeof *nonzero);
+    int jumps;
+    SGA_FREED expr_id *jump = jumping(sys->store, sol, &jumps);
+    expr_id *nonzero = sga_malloc((size_t)(sol->sides + sol->pivots + sol->dense_blocks + choice->pivots + jumps + 1) * sizeof *nonzero);
     *p = (struct enclose_problem){ .st = sys->store, .variable = variable, .n = n, .time = sys->time, .field = field,
                                    .nonzero = nonzero, .budget = rq->budget };
     for (int i = 0; i < sol->sides; i++)
@@ -58,6 +77,8 @@ bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct
         nonzero[p->nonzeros++] = sol->determinant[i].value;
     for (int i = 0; i < choice->pivots; i++)
         nonzero[p->nonzeros++] = choice->pivot[i];
+    for (int i = 0; i < jumps; i++)
+        nonzero[p->nonzeros++] = jump[i];
     if (!choice->why || choice->field)      /* what is lost in double is not lost here */
         return true;
     bool rates = sol->gauge || !sol->free_columns;
@@ -111,7 +132,7 @@ static bool as_given(const struct enclose_problem *p, const struct traj_request 
 static bool solve_others(struct flow *f, const struct enclose_problem *p, const struct sga_solution *sol, const struct traj_request *rq,
                          const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err)
 {
-    int n = f->n, c = sol->constraints;
+    int n = f->n, c = sol->constraints, open = 0;
     unsigned char *solved = sga_calloc((size_t)n + 1, 1);
     expr_id *function = sga_malloc((size_t)(c + 1) * sizeof *function);
     for (int j = 0; j < n; j++) {
@@ -120,19 +141,28 @@ static bool solve_others(struct flow *f, const struct enclose_problem *p, const 
     }
     for (int i = 0; i < c; i++)
         function[i] = sol->constraint[i].expr;
-    bool ok = !c || (flow_solved(f, rq, near, solved) == c && enclose_zero(p, function, c, t0, solved, prec, x, err) && same_point(x, near, n));
+    for (int j = 0; j < n && rq->asked; j++)
+        open += solved[j] = !rq->held[j];
+    if (open != c) {
+        memset(solved, 0, (size_t)n);
+        open = flow_solved(f, rq, near, solved);
+    }
+    bool ok = !c || (open == c && enclose_zero(p, function, c, t0, solved, prec, x, err) && same_point(x, near, n));
     free(solved);
     free(function);
     return ok;
 }
 
-bool enclosed_start(struct flow *f, struct expr_store *st, const struct enclose_problem *p, const struct sga_solution *sol,
+bool enclosed_start(struct flow *f, const struct sys_system *sys, const struct enclose_problem *p, const struct sga_solution *sol,
                     const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err)
 {
-    bool ok = solve_others(f, p, sol, rq, near, t0, prec, x, err);
-    if (sol->constraints && err->code == SGA_E_OK && !(ok && as_given(p, rq, near, prec, x))) {
+    bool nearest = rq->asked && rq->asked->nearest;
+    bool ok = !nearest && solve_others(f, p, sol, rq, near, t0, prec, x, err), as = ok && (!sol->constraints || as_given(p, rq, near, prec, x));
+    if (rq->asked && !nearest)
+        ok = as;
+    else if (sol->constraints && err->code == SGA_E_OK && !as) {
         arb_ptr u = _arb_vec_init(f->n);
-        if (enclosed_nearest(st, p, sol, rq, f->sizes, near, t0, prec, u) && same_point(u, near, f->n)) {
+        if (enclosed_nearest(sys, p, sol, rq, f->sizes, near, t0, prec, u) && same_point(u, near, f->n)) {
             _arb_vec_set(x, u, f->n);
             ok = true;
         }

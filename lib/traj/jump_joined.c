@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "jump_fine.h"
 #include "mem.h"
 #include "slide.h"
 #include "system.h"
@@ -23,6 +24,7 @@ static const double STANDS = 1e-4;
 void jump_pass_clear(struct jump_pass *p)
 {
     traj_result_clear(&p->r);
+    jump_fine_free(p->fine);
     free(p->each);
     free(p->at);
     free(p->count);
@@ -179,7 +181,7 @@ void jump_note_switches(struct jump_pass *p, const struct jump_piece *q, const s
     for (int k = 0; slide_any(m->rq) && k < m->rq->modes->surfaces; k++) {
         if (m->sliding[k] < 0)
             continue;
-        size_t wide = (size_t)piece->columns, at = (size_t)q->q.outputs - (size_t)m->sys->variables + (size_t)m->sliding[k];
+        size_t wide = (size_t)piece->columns, at = (size_t)q->q.outputs - (size_t)jump_carried(m).sys->variables + (size_t)m->sliding[k];
         for (int i = 0; i < piece->rows; i++)
             widen(&p->r, k, piece->value[(size_t)i * wide + at]);
         if (piece->happened)

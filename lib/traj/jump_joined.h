@@ -4,6 +4,8 @@
 
 #include "jump_piece.h"
 
+struct jump_fine;
+
 /* Times as one, by their size. */
 #define JUMP_SAME_TIME 1e-13
 
@@ -19,6 +21,7 @@ struct jump_pass {
     size_t leg_room, slide_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
     size_t happening_room;
+    struct jump_fine *fine;       /* in double-double (jump_fine.h): rows and happenings have texts; or NULL */
 };
 
 void jump_pass_clear(struct jump_pass *p);

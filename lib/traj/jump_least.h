@@ -1,10 +1,4 @@
-/* Inside the traj folder: derivatives of points that move as little as constraints let them.
- *
- * A point x that is nearest to y in a metric W, in its free variables, has
- *     W (x - y) + J^T lambda = 0,   xi(x, t, k) = 0,   J = xi_x,
- * and so along an event (a prime: with its time moving by tau)
- *     (W + H) x' + J^T lambda' = W y' - W' (x - y) - H_k - H_t tau,   J x' = -xi_k - xi_t tau,   H = sum of lambda_i xi_i,xx, and alike H_k, H_t.
- * Of points that are found tier by tier those of each tier are held in the next ones. */
+/* Inside the traj folder: derivatives of points that move as little as constraints let them (least_move.h, least_tiers.h), at an event. */
 #ifndef SGA_TRAJ_JUMP_LEAST_H
 #define SGA_TRAJ_JUMP_LEAST_H
 

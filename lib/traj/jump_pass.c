@@ -6,6 +6,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "jump_exact.h"
+#include "jump_fine.h"
 #include "jump_over.h"
 #include "jump_slope.h"
 #include "jump_turn.h"
@@ -13,6 +14,7 @@
 #include "ode.h"
 #include "rows_kept.h"
 #include "slide.h"
+#include "system.h"
 #include "tolerance.h"
 
 /* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. */
@@ -71,8 +73,8 @@ static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, cons
     if (on) {
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
         if (s->j.slope)
-            memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->all - s->j.n) * sizeof *q->x);
-        ok = take_sides(q, s, at->t, err);
+            memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->rows.all - s->j.n) * sizeof *q->x);
+        ok = (!p->fine || jump_fine_turn(p->fine, s, at, &to, err)) && take_sides(q, s, at->t, err);
         jump_note_slides(p, was, s->mode, at->t, q->x);
     }
     if (on && !s->slide) {
@@ -107,16 +109,16 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         if (piece->ended_event >= 0)
             name_stop(rq, q, piece, &p->r);
     } else if (set) {
-        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->all : s->j.n);
+        double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->rows.all : s->j.n);
         if (s->slide)
             drop_dust(x, s->j.n);
-        struct jump_at at = { piece->ended_t, x, fired, crossing, wrong, p->count };
+        struct jump_at at = { piece->ended_t, x, fired, crossing, p->fine ? 0 : wrong, p->count };
         count_jump(p, rq, piece->ended_t, fired);
         p->stood = false;
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
         *ok = turn(p, q, s, &at, tighter, err);
-        if (*ok && !s->why[0])
+        if (*ok && !s->why[0] && !p->fine)
             jump_exact_next(q, &s->j, piece);
         if (*ok && s->why[0]) {
             p->r.ended = true;
@@ -147,6 +149,17 @@ static void take_units(struct traj_result *r, const struct traj_result *piece)
         r->unit[k] = fmax(r->unit[k], piece->unit ? piece->unit[k] : 1);
 }
 
+/* x and the derivatives that the start has, if any. */
+static double *with_derivatives(const struct turn *s, const double *x)
+{
+    size_t n = (size_t)s->j.n, all = s->j.slope ? (size_t)s->j.slope->rows.all : n;
+    double *to = sga_malloc((all + 1) * sizeof *to);
+    memcpy(to, x, n * sizeof *to);
+    if (all > n)
+        memcpy(to + n, s->mode->rq->carried->rq->initial + n, (all - n) * sizeof *to);
+    return to;
+}
+
 /* The start by the equations as they are written, from there on by the sides of switches. */
 static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct traj_request *rq, double tighter, struct sga_error *err)
 {
@@ -154,7 +167,8 @@ static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
     if (!traj_consistent(s->mode->sys, s->mode->sol, rq, &start, err))
         return false;
     SGA_FREED unsigned char *none = sga_calloc((size_t)rq->events + 1, 1);
-    struct jump_at at = { .t = rq->start, .x = start.x, .fired = none, .crossing = (signed char *)none };
+    SGA_FREED double *x = with_derivatives(s, start.x);
+    struct jump_at at = { .t = rq->start, .x = x, .fired = none, .crossing = (signed char *)none };
     bool ok = turn(p, q, s, &at, tighter, err);
     if (ok && s->why[0])
         ok = sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "%.300s", s->why);
@@ -224,6 +238,35 @@ static bool starts_clear(const struct turn *s, double t, const double *x, struct
                           "happens, or to the other, where it does not; start beside it", e);
 }
 
+/* In double-double: the state where the piece ended, before its texts go into the motion's. */
+static bool read_end(struct jump_pass *p, const struct turn *s, const struct traj_result *piece, struct sga_error *err)
+{
+    if (!piece->digits || (piece->happened && !piece->happened_digits))
+        return sga_fail(err, SGA_E_NOT_SUPPORTED, "the motion has no digits beyond those of a double; use \"double\"");
+    return piece->ended_event < 0 || jump_fine_end(p->fine, piece, jump_carried(s->mode).sys->variables)
+           || sga_fail(err, SGA_E_NOT_SUPPORTED, "at %.10g the motion has no digits beyond those of a double; use \"double\"", piece->ended_t);
+}
+
+/* In double-double: samples at the time of the event that ended a piece, to its roundings, have the values before it. error: of the piece's samples. */
+static void fill_samples(struct jump_pass *p, const struct traj_request *rq, double error)
+{
+    struct traj_result *r = &p->r;
+    size_t columns = (size_t)r->columns, last = (size_t)r->happened - 1;
+    const struct traj_happening *h = r->happening + last;
+    double told = isfinite(h->error) ? h->error : 0;
+    while (r->rows < rq->samples && p->direction * num_dd_sub(p->fine->time[r->rows], p->fine->t).hi <= told) {
+        size_t row = (size_t)r->rows * columns;
+        r->t[r->rows] = rq->times[r->rows];
+        r->rows++;
+        memcpy(r->value + row, r->happened_value + last * columns, columns * sizeof *r->value);
+        for (size_t k = 0; k < columns; k++) {
+            const char *text = r->happened_digits[last * (columns + 1) + k + 1];
+            r->digits[row + k] = text ? sga_strdup(text) : NULL;
+            p->each[row + k] = fmax(error, 0) + told * (1 + fabs(r->value[row + k]));
+        }
+    }
+}
+
 /* The whole motion once. *p is cleared where it fails. */
 bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
                      struct sga_error *err)
@@ -232,8 +275,10 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
     struct turn s;
     const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
     const struct traj_mode *first = rq->modes ? rq->modes->start : &own;
-    *p = (struct jump_pass){ .direction = jump_direction(rq) };
+    *p = (struct jump_pass){ .direction = jump_direction(rq), .fine = jump_fine_new(sys, rq, wrong) };
     jump_piece_init(&q, first, tighter, rq->rows_until);
+    if (p->fine)
+        jump_fine_first(&q, jump_carried(first).rq);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
     p->r.columns = q.columns;
     p->r.ended_event = -1;
@@ -244,7 +289,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         p->r.digits = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.digits);
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
     bool ok = turn_init(&s, first, err), more = ok;
-    if (!rq->modes)
+    if (!rq->modes && !p->fine)
         jump_exact_start(&q, rq);
     if ((rq->modes && !slide_any(rq)) || rq->mass)
         jump_add_leg(p, rq->start, 0, "start", 0, NULL, 0);
@@ -267,7 +312,10 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
             piece.initial = NULL;
             ok = starts_clear(&s, rq->start, p->r.initial, err);
         }
+        ok = ok && (!p->fine || read_end(p, &s, &piece, err));
         jump_join(p, &q, &piece);
+        if (p->fine && piece.ended_event >= 0)
+            fill_samples(p, rq, piece.error_estimate);
         jump_note_switches(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = jump_direction(rq);
         bool over = ok && !s.j.slope && jump_over(p, &q, &s.j, rq, &piece, &t);
@@ -275,17 +323,22 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         more = ok && (over || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
-        while (more && done < rq->samples && (rq->times[done] - t) * direction <= 0)
+        while (more && !p->fine && done < rq->samples && (rq->times[done] - t) * direction <= 0)
             done++;
+        done = p->fine ? p->r.rows : done;
         more &= done < rq->samples;
-        double late = wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
+        double late = p->fine ? 0 : wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
         q.q.start = more && (rq->times[done] - t) * direction > 2 * late ? t + direction * late : t;
         q.q.times = rq->times + done;
         q.q.samples = rq->samples - done;
         q.q.initial = q.x;
         q.q.given = q.given;
         q.q.held = q.held;
-        jump_exact_times(&q, rq, done);
+        if (p->fine)
+            ok = ok && (!more || jump_fine_begin(p->fine, &q, &s, done, rq->samples, err));
+        else
+            jump_exact_times(&q, rq, done);
+        more &= ok;
     }
     if (!ok && p->r.initial && keeps_rows(p, rq, err)) {        /* in what a mode needs */
         *err = (struct sga_error){ 0 };

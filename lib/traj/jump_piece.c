@@ -44,7 +44,7 @@ void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double 
     p->q.event = p->event;
     p->q.event_side = p->side;
     p->q.ends_there = true;
-    p->q.sized_by = rq;
+    p->q.sized_by = rq->sized_by ? rq->sized_by : rq;
     p->q.integrals = 0;
     p->q.rows_until = rows_until;
     p->q.beside = NULL;

@@ -369,6 +369,7 @@ bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *si
     ok = ok && in_place(j, at, to, r.x, place, err) && (!j->slope || jump_slope_land(turn, to, asked, r.x, way, err));
     if (ok) {
         memcpy(to->x, r.x, n * sizeof *to->x);
+        to->way = way;
         tell(j, to, asked, to->x);
         sides_after(turn, &r, side, stands);
     }

@@ -38,6 +38,7 @@ struct jump_to {
     double *impulse;              /* by coordinate, or NULL */
     bool struck;                  /* velocities had to jump by it */
     double moved;                 /* as traj_leg's */
+    int way;                      /* an enum jump_way: in which the start was found */
     const char *how;              /* static */
     double *slope;                /* of the start, direction by direction, where the motion is differentiated; malloced */
     char why[256];                /* not empty: it has no derivatives, for this reason */

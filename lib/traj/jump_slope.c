@@ -10,11 +10,11 @@
 #include "arena.h"
 #include "budget.h"
 #include "field.h"
-#include "jacobian.h"
 #include "jump_least.h"
 #include "mem.h"
 #include "print.h"
 #include "reduction.h"
+#include "signals.h"
 #include "system.h"
 #include "tape.h"
 
@@ -37,7 +37,7 @@ static bool make_tapes(struct jump_slope *s, const struct traj_carried *c, struc
     int events = rq->events, roots = 0, slopes = 0;
     SGA_ARENA(mem);
     expr_id *root = sga_take(&mem, (size_t)(events + s->sets + s->masses + c->sol->constraints + 1) * sizeof *root);
-    expr_id *slope = sga_take(&mem, (size_t)((events + s->sets + s->masses) * s->q + 1) * sizeof *slope);
+    expr_id *slope = sga_take(&mem, (size_t)((events + s->sets + s->masses) * s->rows.q + 1) * sizeof *slope);
     for (int e = 0; e < events; e++)
         root[roots++] = rq->event[e].expression;
     for (int e = 0; e < events; e++)
@@ -45,34 +45,28 @@ static bool make_tapes(struct jump_slope *s, const struct traj_carried *c, struc
             root[roots++] = rq->event[e].set[k].value;
     for (int k = 0; k < s->masses; k++)
         root[roots++] = rq->mass->value[k];
-    s->first = roots;
+    s->rows.first = roots;
     for (int i = 0; i < c->sol->constraints; i++)
         root[roots++] = c->sol->constraint[i].expr;
-    for (int k = 0; k < events * s->q; k++)
+    for (int k = 0; k < events * s->rows.q; k++)
         slope[slopes++] = d->event[k];
-    for (int k = 0; k < s->sets * s->q; k++)
+    for (int k = 0; k < s->sets * s->rows.q; k++)
         slope[slopes++] = d->set[k];
-    for (int k = 0; k < s->masses * s->q; k++)
+    for (int k = 0; k < s->masses * s->rows.q; k++)
         slope[slopes++] = d->mass[k];
-    s->field = tape_of(c, c->sol->field, s->n, err);
-    s->value = s->field ? tape_of(c, root, roots, err) : NULL;
-    s->slope = s->value ? tape_of(c, slope, slopes, err) : NULL;
-    s->jac = s->slope ? num_jacobian_new(s->value, NULL, 0) : NULL;
-    if (!s->jac)
-        return false;
-    s->in = sga_calloc((size_t)(s->all + 1 + roots + s->jac->nnz + slopes + 1), sizeof *s->in);
-    s->out = s->in + s->all + 1;
-    s->entry = s->out + roots;
-    s->along = s->entry + s->jac->nnz;
-    return true;
+    SGA_FREED int *inputs = field_inputs(c->sys);
+    s->field = tape_of(c, c->sol->field, s->rows.n, err);
+    s->slope = s->field ? tape_of(c, slope, slopes, err) : NULL;
+    s->along = sga_calloc((size_t)slopes + 1, sizeof *s->along);
+    return s->slope && least_rows_init(&s->rows, c->sys->store, root, roots, inputs, err);
 }
 
 struct jump_slope *jump_slope_new(const struct jump *j, struct sga_error *err)
 {
     const struct traj_carried *c = j->rq->carried;
     struct jump_slope *s = sga_calloc(1, sizeof *s);
-    *s = (struct jump_slope){ .of = j, .n = c->rq->slopes->base, .all = c->sys->variables, .q = c->rq->slopes->directions, .sets = j->sets, .masses = c->rq->mass ? c->rq->mass->entries : 0 };
-    assert(s->n == j->n && s->all == s->n * (1 + s->q) && c->rq->events == j->rq->events);
+    *s = (struct jump_slope){ .of = j, .rows = { .n = c->rq->slopes->base, .q = c->rq->slopes->directions }, .sets = j->sets, .masses = c->rq->mass ? c->rq->mass->entries : 0 };
+    assert(s->rows.n == j->n && c->sys->variables == s->rows.n * (1 + s->rows.q) && c->rq->events == j->rq->events);
     if (make_tapes(s, c, err))
         return s;
     jump_slope_free(s);
@@ -83,49 +77,20 @@ void jump_slope_free(struct jump_slope *s)
 {
     if (!s)
         return;
-    num_jacobian_free(s->jac);
+    least_rows_clear(&s->rows);
     num_tape_free(s->field);
-    num_tape_free(s->value);
     num_tape_free(s->slope);
-    free(s->in);
+    free(s->along);
     free(s);
 }
 
-static void load(struct jump_slope *s, double t, const double *x, const double *S)
-{
-    memcpy(s->in, x, (size_t)s->n * sizeof *s->in);
-    if (S)
-        memcpy(s->in + s->n, S, (size_t)(s->all - s->n) * sizeof *s->in);
-    else
-        memset(s->in + s->n, 0, (size_t)(s->all - s->n) * sizeof *s->in);
-    s->in[s->all] = t;
-}
-
-bool jump_slope_at(struct jump_slope *s, double t, const double *x, const double *S)
-{
-    load(s, t, x, S);
-    return num_jacobian_eval(s->jac, s->in, s->out, s->entry);
-}
-
-double jump_slope_gradient(const struct jump_slope *s, int root, double *g)
-{
-    double by_time = 0;
-    memset(g, 0, (size_t)s->n * sizeof *g);
-    for (int k = s->jac->start[root]; k < s->jac->start[root + 1]; k++)
-        if (s->jac->col[k] < s->n)
-            g[s->jac->col[k]] = s->entry[k];
-        else if (s->jac->col[k] == s->all)
-            by_time = s->entry[k];
-    return by_time;
-}
-
-bool jump_slope_directions(struct jump_slope *s) { return num_tape_eval(s->slope, s->in, s->along); }
+bool jump_slope_directions(struct jump_slope *s) { return num_tape_eval(s->slope, s->rows.in, s->along); }
 
 /* Of a root at what was evaluated last: its derivative along the motion; *terms: the sizes of what is added up. */
 static double rate_of(const struct jump_slope *s, int root, const double *field, double *g, double *terms)
 {
-    double rate = jump_slope_gradient(s, root, g), sum = fabs(rate);
-    for (int k = 0; k < s->n; k++) {
+    double rate = least_rows_gradient(&s->rows, root, g), sum = fabs(rate);
+    for (int k = 0; k < s->rows.n; k++) {
         rate += g[k] * field[k];
         sum += fabs(g[k] * field[k]);
     }
@@ -136,19 +101,22 @@ static double rate_of(const struct jump_slope *s, int root, const double *field,
 /* Values, gradients, slopes and the field at (t, x, S). */
 static bool look(struct jump_slope *s, double t, const double *x, const double *S, double *field)
 {
-    bool ok = jump_slope_at(s, t, x, S);
-    return num_tape_eval(s->field, s->in, field) && num_tape_eval(s->slope, s->in, s->along) && ok;
+    bool ok = least_rows_at(&s->rows, t, x, S);
+    return num_tape_eval(s->field, s->rows.in, field) && num_tape_eval(s->slope, s->rows.in, s->along) && ok;
 }
+
+/* The motion goes on otherwise from event e. */
+static bool changes(const struct jump_slope *s, int e) { return s->of->rq->event[e].sets > 0 || s->of->rq->event[e].turns; }
 
 /* dt/dk of event e, by direction. False with why. */
 static bool time_of(const struct jump_slope *s, int e, const struct jump_at *at, const double *field, double *g, double *tau, char *why, size_t size)
 {
     double terms, rate = rate_of(s, e, field, g, &terms);
     bool moves = false;
-    for (int d = 0; d < s->q; d++)
-        moves |= s->along[e * s->q + d] != 0;
-    for (int d = 0; d < s->q; d++)
-        tau[d] = moves ? -s->along[e * s->q + d] / rate : 0;
+    for (int d = 0; d < s->rows.q; d++)
+        moves |= s->along[e * s->rows.q + d] != 0;
+    for (int d = 0; d < s->rows.q; d++)
+        tau[d] = moves ? -s->along[e * s->rows.q + d] / rate : 0;
     if (!moves || (fabs(rate) > AT_REST * terms && at->crossing[e]))
         return true;
     char *text = expr_text(s->of->sys->store, s->of->rq->event[e].expression, 120);
@@ -161,14 +129,14 @@ static bool time_of(const struct jump_slope *s, int e, const struct jump_at *at,
 static bool times_of(const struct jump_slope *s, const struct jump_at *at, const double *field, double *tau, char *why, size_t size)
 {
     SGA_ARENA(mem);
-    double *g = sga_zeros(&mem, (size_t)(s->n + s->q) + 1, sizeof *g), *other = g + s->n;
+    double *g = sga_zeros(&mem, (size_t)(s->rows.n + s->rows.q) + 1, sizeof *g), *other = g + s->rows.n;
     int first = -1;
     for (int e = 0; e < s->of->rq->events; e++) {
-        if (!at->fired[e] || !s->of->rq->event[e].sets)
+        if (!at->fired[e] || !changes(s, e))
             continue;
         if (!time_of(s, e, at, field, g, first < 0 ? tau : other, why, size))
             return false;
-        for (int d = 0; d < s->q && first >= 0; d++)
+        for (int d = 0; d < s->rows.q && first >= 0; d++)
             if (!(fabs(tau[d] - other[d]) <= TOGETHER * (fabs(tau[d]) + fabs(other[d])))) {
                 snprintf(why, size, "at %.10g the events %d and %d happen at once, and what is differentiated by parts them: what is set would be another thing on each side", at->t, first, e);
                 return false;
@@ -178,15 +146,35 @@ static bool times_of(const struct jump_slope *s, const struct jump_at *at, const
     return true;
 }
 
+/* The time moves along no direction, or what it moves through has no knot there. */
+static bool clear_of_knots(const struct jump_slope *s, const struct jump_at *at, const double *tau, char *why, size_t size)
+{
+    const struct jump *j = s->of;
+    bool moves = false, bends = false;
+    for (int d = 0; d < s->rows.q; d++)
+        moves |= tau[d] != 0;
+    for (int e = 0; e < j->rq->events && moves; e++)
+        if (at->fired[e] && changes(s, e)) {
+            bends |= signals_bend(j->sys, j->rq->event[e].expression, 1, at->t);
+            for (int k = 0; k < j->rq->event[e].sets; k++)
+                bends |= signals_bend(j->sys, j->rq->event[e].set[k].value, 1, at->t);
+        }
+    for (int k = 0; k < s->rows.n && moves && j->sys->signals; k++)
+        bends |= signals_bend(j->sys, j->sol->field[k], 0, at->t);
+    if (bends)
+        snprintf(why, size, "at %.10g the event happens at a knot of a table, and what is differentiated by moves it to one side or the other, where the table is another function", at->t);
+    return !bends;
+}
+
 /* y (directions x variables): of values as they are set, in the variables before. */
 static bool assigned(const struct jump_slope *s, const struct jump_at *at, const double *field, const double *tau, double *y, char *why, size_t size)
 {
-    size_t n = (size_t)s->n;
+    size_t n = (size_t)s->rows.n;
     int root = s->of->rq->events;
     SGA_ARENA(mem);
     double *g = sga_zeros(&mem, n + 1, sizeof *g), terms;
     unsigned char *done = sga_zeros(&mem, n + 1, 1);
-    for (int d = 0; d < s->q; d++)
+    for (int d = 0; d < s->rows.q; d++)
         for (size_t k = 0; k < n; k++)
             y[(size_t)d * n + k] = at->x[n + (size_t)d * n + k] + field[k] * tau[d];
     for (int e = 0; e < s->of->rq->events; e++)
@@ -195,8 +183,8 @@ static bool assigned(const struct jump_slope *s, const struct jump_at *at, const
             if (!at->fired[e] || v < 0)
                 continue;
             double rate = rate_of(s, root, field, g, &terms);
-            for (int d = 0; d < s->q; d++) {
-                double slope = s->along[root * s->q + d] + rate * tau[d], *to = y + (size_t)d * n + v;
+            for (int d = 0; d < s->rows.q; d++) {
+                double slope = s->along[root * s->rows.q + d] + rate * tau[d], *to = y + (size_t)d * n + v;
                 if (done[v] && !(fabs(slope - *to) <= TOGETHER * (fabs(slope) + fabs(*to)))) {
                     snprintf(why, size, "at %.10g two events happen at once and set %.100s to values that are one only here", at->t, s->of->sys->store->symbol[s->of->sys->variable[v].symbol].name);
                     return false;
@@ -227,18 +215,18 @@ static bool ambiguous(const struct jump_slope *s, int e, const double *field, co
     double terms, rate = rate_of(s, e, field, g, &terms), span = fabs(rq->times[rq->samples - 1] - rq->start), size = 0;
     bool moves = false, rests = fabs(rate) <= AT_REST * terms;
     double most = 0, sum = 0;
-    for (int k = s->n; k < s->all; k++)
-        most = fmax(most, fabs(s->in[k]));
-    for (int k = 0; k < s->n; k++) {
+    for (int k = s->rows.n; k < s->rows.all; k++)
+        most = fmax(most, fabs(s->rows.in[k]));
+    for (int k = 0; k < s->rows.n; k++) {
         sum += fabs(g[k]);
-        size += fabs(g[k]) * fmax(fabs(s->in[k]), fabs(field[k]) * span);
+        size += fabs(g[k]) * fmax(fabs(s->rows.in[k]), fabs(field[k]) * span);
     }
-    if (!(fabs(s->out[e]) <= ON * size))
+    if (!(fabs(s->rows.out[e]) <= ON * size))
         return false;
-    for (int d = 0; d < s->q; d++) {
-        double change = s->along[e * s->q + d] + (tau ? rate * tau[d] : 0), parts = 0;
-        for (int k = 0; k < s->n; k++)
-            parts += fabs(g[k]) * (fabs(s->in[s->n + d * s->n + k]) + (tau ? fabs(field[k] * tau[d]) : 0));
+    for (int d = 0; d < s->rows.q; d++) {
+        double change = s->along[e * s->rows.q + d] + (tau ? rate * tau[d] : 0), parts = 0;
+        for (int k = 0; k < s->rows.n; k++)
+            parts += fabs(g[k]) * (fabs(s->rows.in[s->rows.n + d * s->rows.n + k]) + (tau ? fabs(field[k] * tau[d]) : 0));
         moves |= change != 0 && fabs(change) > STILL * parts + ROUNDED * sum * most;
     }
     int way = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
@@ -250,7 +238,7 @@ static int first_ambiguous(const struct jump_slope *s, const int *count, const d
 {
     const struct traj_event *event = s->of->rq->event;
     for (int e = 0; e < s->of->rq->events; e++)
-        if (event[e].sets && !(count && event[e].most && count[e] >= event[e].most) && ambiguous(s, e, field, tau, g))
+        if (changes(s, e) && !(count && event[e].most && count[e] >= event[e].most) && ambiguous(s, e, field, tau, g))
             return e;
     return -1;
 }
@@ -259,21 +247,21 @@ bool jump_slope_starts(const struct jump *j, double t, const double *x, int *eve
 {
     struct jump_slope *s = j->slope;
     SGA_ARENA(mem);
-    double *field = sga_zeros(&mem, 2 * (size_t)s->n + 1, sizeof *field);
-    bool ok = look(s, t, x, x + s->n, field);
-    *event = ok ? first_ambiguous(s, NULL, field, NULL, field + s->n) : -1;
+    double *field = sga_zeros(&mem, 2 * (size_t)s->rows.n + 1, sizeof *field);
+    bool ok = look(s, t, x, x + s->rows.n, field);
+    *event = ok ? first_ambiguous(s, NULL, field, NULL, field + s->rows.n) : -1;
     return *event < 0;
 }
 
 /* From derivatives along the event to those at its time, in S; and whether the motion goes on clear of other events. */
 static bool go_on(struct jump_slope *s, const struct jump_at *at, const double *x, const double *tau, double *S, char *why, size_t size)
 {
-    size_t n = (size_t)s->n;
+    size_t n = (size_t)s->rows.n;
     SGA_ARENA(mem);
     double *field = sga_zeros(&mem, 2 * n + 1, sizeof *field);
-    load(s, at->t, x, NULL);
-    bool ok = num_tape_eval(s->field, s->in, field);
-    for (int d = 0; d < s->q; d++)
+    least_rows_load(&s->rows, at->t, x, NULL);
+    bool ok = num_tape_eval(s->field, s->rows.in, field);
+    for (int d = 0; d < s->rows.q; d++)
         for (size_t k = 0; k < n; k++) {
             double *to = S + (size_t)d * n + k;
             *to -= field[k] * tau[d];
@@ -285,7 +273,9 @@ static bool go_on(struct jump_slope *s, const struct jump_at *at, const double *
         return false;
     }
     int e = first_ambiguous(s, at->count, field, tau, field + n);
-    if (e >= 0)
+    if (e >= 0 && s->of->rq->event[e].turns)
+        snprintf(why, size, "after %.10g the motion goes on from another surface where the equations jump, and what is differentiated by moves it to one side or the other of it", at->t);
+    else if (e >= 0)
         snprintf(why, size, "after %.10g the motion goes on from the zero of event %d, and what is differentiated by moves it to one side or the other of it", at->t, e);
     return e < 0;
 }
@@ -295,16 +285,16 @@ bool jump_slope_land(const struct jump_turn *turn, struct jump_to *to, const dou
     struct jump_slope *from = turn->from->slope, *s = turn->j->slope;
     const struct jump_at *at = turn->before;
     SGA_ARENA(mem);
-    double *field = sga_zeros(&mem, (size_t)(from->n + s->q) + 1, sizeof *field), *tau = field + from->n;
-    double *y = sga_zeros(&mem, (size_t)(from->n * s->q) + 1, sizeof *y);
-    to->slope = sga_calloc((size_t)(s->n * s->q) + 1, sizeof *to->slope);
-    if (!look(from, at->t, at->x, at->x + from->n, field)) {
+    double *field = sga_zeros(&mem, (size_t)(from->rows.n + s->rows.q) + 1, sizeof *field), *tau = field + from->rows.n;
+    double *y = sga_zeros(&mem, (size_t)(from->rows.n * s->rows.q) + 1, sizeof *y);
+    to->slope = sga_calloc((size_t)(s->rows.n * s->rows.q) + 1, sizeof *to->slope);
+    if (!look(from, at->t, at->x, at->x + from->rows.n, field)) {
         snprintf(to->why, sizeof to->why, "at %.10g what is set has no derivative", at->t);
         return true;
     }
-    if (!times_of(from, at, field, tau, to->why, sizeof to->why) || !assigned(from, at, field, tau, y, to->why, sizeof to->why))
+    if (!times_of(from, at, field, tau, to->why, sizeof to->why) || !clear_of_knots(from, at, tau, to->why, sizeof to->why) || !assigned(from, at, field, tau, y, to->why, sizeof to->why))
         return true;
-    carry(turn->from, turn->j, s->q, y, to->slope);
+    carry(turn->from, turn->j, s->rows.q, y, to->slope);
     struct jump_along along = { turn->j, turn->at, to, tau };
     if ((turn->j->rq->mass && !jump_least_impulse(&along, asked, to->slope)) || !jump_least_start(&along, x, way, to->slope)) {
         snprintf(to->why, sizeof to->why, "at %.10g the point of the constraints that the event leads to is not told well enough to be differentiated", at->t);

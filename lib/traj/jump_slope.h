@@ -13,16 +13,14 @@
 #define SGA_TRAJ_JUMP_SLOPE_H
 
 #include "jump_set.h"
-
-struct num_jacobian;
+#include "least_rows.h"
 
 struct jump_slope {
     const struct jump *of;        /* borrowed */
-    int n, all, q;                /* variables of the motion, and with derivatives; directions */
-    int sets, masses, first;      /* roots of `value`: events, what they set, masses, then (from `first`) constraints, each with its derivatives */
-    struct num_tape *field, *value, *slope;   /* slope: directions of events, of what they set, of masses */
-    struct num_jacobian *jac;     /* of value, by variables and time */
-    double *in, *out, *entry, *along;
+    struct least_rows rows;       /* events, what they set, masses, then constraints */
+    int sets, masses;
+    struct num_tape *field, *slope;   /* slope: directions of events, of what they set, of masses */
+    double *along;
 };
 
 struct jump_slope *jump_slope_new(const struct jump *j, struct sga_error *err);
@@ -35,11 +33,7 @@ bool jump_slope_land(const struct jump_turn *turn, struct jump_to *to, const dou
  * does not. */
 bool jump_slope_starts(const struct jump *j, double t, const double *x, int *event);
 
-/* Inside: s->out, s->entry at (t, x, S); S: 0 where NULL, q x n. */
-bool jump_slope_at(struct jump_slope *s, double t, const double *x, const double *S);
-/* s->along there. */
+/* s->along at what was loaded into the rows last. */
 bool jump_slope_directions(struct jump_slope *s);
-/* The gradient of a root there by the variables of the motion (n), and by time. */
-double jump_slope_gradient(const struct jump_slope *s, int root, double *g);
 
 #endif

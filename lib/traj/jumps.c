@@ -8,6 +8,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "jump_exact.h"
+#include "jump_fine.h"
 #include "jump_pass.h"
 #include "larger.h"
 #include "mem.h"
@@ -17,8 +18,8 @@
 #include "tolerance.h"
 
 /* Motions that are compared at the most, and the steps by which the tolerances shrink; what is set is wrong by so much in the looser motion. */
-enum { MOST_PASSES = 4 };
-static const double TIGHTER = 0.1, WRONG = 4 * DBL_EPSILON;
+enum { MOST_PASSES = 4, FINE_PASSES = 2 };      /* in double-double pieces are refined themselves, and only the first is made wrong */
+static const double TIGHTER = 0.1, WRONG = 4 * DBL_EPSILON, WRONG_FINE = 4 * NUM_DD_EPSILON;
 /* Beyond a singular position, where a piece's own estimate says nothing of how it came there: times the difference of the two motions. */
 static const double OVER = 4;
 
@@ -136,6 +137,17 @@ static void drop_turns(struct traj_result *r, const struct traj_request *rq)
     r->happened = kept;
 }
 
+/* The digits that the errors of the whole leave. */
+static void write_digits(struct jump_pass *p)
+{
+    struct traj_result *r = &p->r;
+    size_t columns = (size_t)r->columns;
+    for (size_t i = 0; i < (size_t)r->rows * columns; i++)
+        r->digits[i] = jump_fine_text(r->digits[i], p->each[i]);
+    for (size_t i = 0; i < (size_t)r->happened * (columns + 1); i++)
+        r->happened_digits[i] = jump_fine_text(r->happened_digits[i], i % (columns + 1) ? r->error_estimate : r->happening[i / (columns + 1)].error);
+}
+
 /* A pass after the first: tighter, compared with it. */
 enum later { COMPARED, LAST_STAYS, FAILED };
 static enum later later_pass(struct jump_pass *p, struct jump_pass *loose, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter,
@@ -160,7 +172,7 @@ static bool first_pass(struct jump_pass *loose, const struct sys_system *sys, co
 {
     *part = *rq;
     part->rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
-    if (!jump_pass_run(loose, sys, sol, part, 1, jump_is_exact(rq) ? 0 : WRONG, err))
+    if (!jump_pass_run(loose, sys, sol, part, 1, jump_fine_any(rq) ? WRONG_FINE : jump_is_exact(rq) ? 0 : WRONG, err))
         return false;
     part->rows_until = rows_are_kept(rq) ? rq->rows_until : 0;
     *late = jump_time_ended(&loose->r);
@@ -187,8 +199,8 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     double tighter = 1, worst = INFINITY, before;
     bool late;
     *r = (struct traj_result){ 0 };
-    if (rq->arithmetic == TRAJ_BALL || (jump_is_exact(rq) && jumps_any(rq) && !slide_any(rq)))
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are followed in double; use \"double\" or \"auto\"");
+    if (rq->arithmetic == TRAJ_BALL)
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are not followed in balls; use \"double-double\", \"double\" or \"auto\"");
     if (rq->single) {
         bool ok = jump_pass_run(&p, sys, sol, rq, tighter, 0, err);
         *r = ok ? p.r : *r;
@@ -213,7 +225,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
         worst = compare(&p, &loose, rq);
         say_limit(&p, &loose);
         jump_pass_clear(&loose);
-        if (worst <= 1 || late || k + 1 >= MOST_PASSES || (isfinite(before) && worst > 0.5 * before))
+        if (worst <= 1 || late || k + 1 >= (p.fine ? FINE_PASSES : MOST_PASSES) || (isfinite(before) && worst > 0.5 * before))
             break;
         loose = p;
     }
@@ -222,6 +234,8 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     else if (!p.r.shortfall)
         p.r.shortfall = shortfall_of(worst, late);
     drop_turns(&p.r, rq);
+    if (p.fine)
+        write_digits(&p);
     p.r.out_of_time = rows_are_kept(rq) && (late || sga_now() >= rq->rows_until);
     *r = p.r;
     p.r = (struct traj_result){ 0 };

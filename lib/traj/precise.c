@@ -1,6 +1,7 @@
 /* A trajectory in double-double from request to samples: several solutions, the error of the
  * last from its difference to the one before, as lib/ode/global.c, and its digits. */
 #include "precise.h"
+#include "precise_turn.h"
 
 #include <assert.h>
 #include <float.h>
@@ -241,8 +242,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
                            : "rounding in double-double arithmetic, as the motion amplifies it, exceeds the tolerance";
 }
 
-/* All digits that the error leaves. */
-static char *digits_of(num_dd v, double error)
+char *precise_digits(num_dd v, double error)
 {
     double size = fabs(v.hi);
     int digits = size > 0 && error > 0 && isfinite(error) ? (int)floor(log10(size / error)) + 2 : isfinite(error) ? MOST_DIGITS : 17;
@@ -264,7 +264,7 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     }
     for (size_t i = 0; i < all; i++) {
         r->value[i] = o->value[i].hi;
-        r->digits[i] = digits_of(o->value[i], o->error ? o->column_error[i] : 0);
+        r->digits[i] = precise_digits(o->value[i], o->error ? o->column_error[i] : 0);
     }
     r->error_estimate = o->error ? 0 : -1;
     for (int k = 0; k < rows && o->error; k++)
@@ -299,23 +299,24 @@ static void drift_of(struct precise *p, const struct precise_event *e, const num
 /* The events with their columns. */
 static void keep_events(struct precise *p, const struct outcome *o, struct traj_result *r)
 {
-    size_t cols = (size_t)r->columns, all = (size_t)o->path.events;
+    size_t cols = (size_t)r->columns, count = (size_t)o->path.events;
     num_dd *value = sga_malloc(2 * (cols + 1) * sizeof *value), *other = value + cols + 1;
     r->happened = o->path.events;
-    r->happening = sga_malloc((all + 1) * sizeof *r->happening);
-    r->happened_value = sga_malloc((all + 1) * (cols + 1) * sizeof *r->happened_value);
-    r->happened_digits = sga_calloc((all + 1) * (cols + 1), sizeof *r->happened_digits);
-    for (size_t i = 0; i < all; i++) {
+    r->happening = sga_malloc((count + 1) * sizeof *r->happening);
+    r->happened_value = sga_malloc((count + 1) * (cols + 1) * sizeof *r->happened_value);
+    r->happened_digits = sga_calloc((count + 1) * (cols + 1), sizeof *r->happened_digits);
+    for (size_t i = 0; i < count; i++) {
         const struct precise_event *e = o->path.event + i;
         char **digits = r->happened_digits + i * (cols + 1);
         r->happening[i] = (struct traj_happening){ .event = e->event, .direction = e->direction, .t = e->t.hi, .error = e->error };
-        double error = p->rq->single ? 0 : e->error, beside = 10 * (error + r->error_estimate);
-        digits[0] = digits_of(e->t, error);
+        bool all = p->rq->single || p->rq->event_side;      /* a piece: the next one goes on from there */
+        double error = all ? 0 : e->error, beside = 10 * (error + r->error_estimate);
+        digits[0] = precise_digits(e->t, error);
         columns(p, e->t, e->x, value);
         drift_of(p, e, value, other, cols);
         for (size_t j = 0; j < cols; j++) {
             r->happened_value[i * cols + j] = value[j].hi;
-            digits[j + 1] = digits_of(value[j], p->rq->single ? 0 : beside + 2 * fabs(other[j].hi));
+            digits[j + 1] = precise_digits(value[j], all ? 0 : beside + 2 * fabs(other[j].hi));
         }
     }
     assert(o->path.reason != ODE_EVENT || o->path.events > 0);
@@ -347,6 +348,7 @@ static void precise_clear(struct precise *p)
     num_jet2_free(p->event);
     num_jet2_free(p->velocity);
     num_radau_free(p->formula);
+    precise_turn_free(p->turn);
     knots_clear(&p->knots);
     free(p->knot);
     free(p->time);
@@ -366,6 +368,26 @@ static bool with_tables(struct precise *p, struct sga_error *err)
     return true;
 }
 
+bool precise_place(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, num_dd *x, struct sga_error *err)
+{
+    struct flow f;
+    double moved;
+    struct precise p = { .flow = &f, .sys = sys, .sol = sol, .rq = rq, .n = sys->variables };
+    SGA_FREED double *near = sga_calloc((size_t)sys->variables + 1, sizeof *near);
+    bool ok = flow_init(&f, sys, sol, rq, err) && flow_start(&f, sys, sol, rq, near, &moved, err);
+    if (ok) {
+        p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
+        p.x = sga_calloc((size_t)p.n + 1, sizeof *p.x);
+        p.constraint = num_jet2_new(f.manifold.tape, 1);
+        p.field = f.field.plain;
+        ok = with_tables(&p, err) && precise_start(&p, near, err);
+        memcpy(x, p.x, (size_t)p.n * sizeof *x);
+        precise_clear(&p);
+    }
+    flow_clear(&f);
+    return ok;
+}
+
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                  const struct traj_result *guide, struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
 {
@@ -382,7 +404,8 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         p.velocity = num_jet2_new(f->field.plain, 0);
     }
     p.field = precise_field(&p);
-    bool ok = with_tables(&p, err) && (p.field || sga_fail(err, SGA_E_INTERNAL, "the field has no program in double-double")) && precise_start(&p, r->initial, err);
+    p.turn = precise_turn_new(&p, err);
+    bool ok = err->code == SGA_E_OK && with_tables(&p, err) && (p.field || sga_fail(err, SGA_E_INTERNAL, "the field has no program in double-double")) && precise_start(&p, r->initial, err);
     if (ok) {
         r->steps = r->rejected = r->evaluations = 0;
         double begin = sga_cpu();

@@ -13,6 +13,7 @@
 #include "ode.h"
 
 struct field;
+struct precise_turn;
 
 /* What each solution may take. */
 struct precise_limits {
@@ -33,6 +34,7 @@ struct precise {
     const struct traj_result *guide;          /* the motion in double, with what happens on it; NULL: no events */
     struct num_jet2 *event, *velocity;        /* of the events, to order 1; of the field; NULL: no events */
     struct precise_chart *chart; int charts, at;      /* by chart: what is not in use of the members above; the one in use */
+    struct precise_turn *turn;                /* NULL: no derivatives that jump with switches */
     struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
     struct knots knots; num_dd *knot;         /* of the tables, and their times */
@@ -96,6 +98,10 @@ double precise_event_errors(const struct precise *p, struct precise_path *a, con
 /* precise_radau.c. Implicit steps can be made: not where Jacobians are too large to be factored for all stages. */
 bool precise_radau_possible(const struct field *f);
 
+/* precise.c. The consistent start of a request in double-double (x: n). False: err, as precise_start. */
+bool precise_place(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, num_dd *x, struct sga_error *err);
+/* All digits that the error leaves; malloced. */
+char *precise_digits(num_dd v, double error);
 /* precise.c. May it be tried? (A field given by expressions.) *why: if not. */
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why);
 /* Fills the samples, events, errors and endings of r (r->initial, r->moved are known). guide: the motion in double, with its

@@ -48,7 +48,7 @@ static void use(struct precise_march *m, int which)
 void precise_choice_begin(struct precise_march *m)
 {
     const char *name = m->p->rq->method;
-    m->choice.free = (!name || strcmp(name, "auto") == 0) && precise_radau_possible(&m->p->flow->field);
+    m->choice.free = (!name || strcmp(name, "auto") == 0) && !m->p->turn && precise_radau_possible(&m->p->flow->field);
     m->choice.try_at = m->choice.wait = m->choice.look = TRY_AFTER;
     use(m, name && strcmp(name, "radau") == 0 ? IMPLICIT : SERIES);
 }

@@ -18,6 +18,7 @@
 #include "manifold.h"
 #include "mem.h"
 #include "precise_series.h"
+#include "precise_turn.h"
 #include "tape.h"
 
 #define AWAKE 1e4              /* roundings: a switch that was not held is off its surface */
@@ -170,10 +171,12 @@ static bool end_sliding(struct precise_march *m)
 static bool turn_together(struct expansions *w, struct precise_march *m, double size, bool *slides)
 {
     struct precise_sides *q = &m->sides;
+    m->why = ODE_LEFT_DOMAIN;
+    if (m->p->turn && !precise_turn_from(m))
+        return false;
     precise_flip_pending(m);
     precise_set_scale(m, m->here.x);
-    m->why = ODE_LEFT_DOMAIN;
-    if (!put_on_set(m) || !precise_expand(w, m, &m->here, &w->here, size))
+    if (!(m->p->turn ? precise_turn_to(m) : put_on_set(m)) || !precise_expand(w, m, &m->here, &w->here, size))
         return false;
     precise_grains(m, &m->here, &w->here);
     *slides = false;
@@ -200,6 +203,8 @@ static bool turn(struct expansions *w, struct precise_march *m, double size)
     ok = turn_together(w, m, size, &slides);
     if (ok && slides && all > 1) {                 /* not all at once, then: that one alone */
         precise_flip_pending(m);
+        if (m->p->turn)
+            precise_turn_back(m);
         memset(q->pending, 0, (size_t)q->count);
         q->pending[first] = 1;
         ok = turn_together(w, m, size, &slides);
@@ -207,7 +212,8 @@ static bool turn(struct expansions *w, struct precise_march *m, double size)
     memset(q->pending, 0, (size_t)q->count);
     if (ok)
         return !slides || end_sliding(m);
-    precise_end(m, m->why, m->why == ODE_CONSTRAINT_LOST ? "the constraints jump here: no point near the solution satisfies those beyond this time"
+    precise_end(m, m->why, m->why == ODE_NOT_SMOOTH ? "the motion has no derivative by what is asked for beyond this time: it touches the surface where the equations change, or comes to several at once"
+                           : m->why == ODE_CONSTRAINT_LOST ? "the constraints jump here: no point near the solution satisfies those beyond this time"
                            : m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
                            : "the vector field has no value beyond this time");
     return false;
@@ -277,6 +283,8 @@ bool precise_sides_pass(struct expansions *w, struct precise_march *m)
 
 bool precise_let_go(struct expansions *w, struct precise_march *m, double size)
 {
+    if (m->p->turn)       /* a step across the surface would not see the jump */
+        return false;
     m->sides.natural = true;
     precise_hold(m);
     bool ok = precise_expand(w, m, &m->here, &w->here, size);

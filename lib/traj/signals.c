@@ -76,6 +76,30 @@ bool signals_jump(const struct sys_system *sys, expr_id e)
     return jumping(sys->store, &e, 1, 0, &which) != NULL;
 }
 
+static bool has_knot(const struct expr_table *u, double t)
+{
+    bool has = false;
+    for (int k = 1; k + 1 < u->knots; k++)
+        has |= fabs(u->time[k] - t) <= 4 * DBL_EPSILON * fabs(t);
+    return has;
+}
+
+bool signals_bend(const struct sys_system *sys, expr_id e, int more, double t)
+{
+    const struct expr_store *st = sys->store;
+    struct expr_cone cone;
+    bool bends = false;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &e, 1);
+    for (int k = 0; k < cone.count && !bends; k++) {
+        const struct expr_node *n = st->node + cone.list[k];
+        const struct expr_symbol *s = n->op == EXPR_SYM ? st->symbol + n->a : NULL;
+        bends = s && s->table && s->order + more > expr_table_smooth(s->table) && has_knot(s->table, t);
+    }
+    expr_cone_clear(&cone);
+    return bends;
+}
+
 /* It has a variable that may jump, and jumps itself at knots, no worse. */
 static bool may_follow(const struct sys_system *sys, expr_id e, const unsigned char *moving)
 {

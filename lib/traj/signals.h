@@ -14,6 +14,8 @@ bool signals_continuous(const struct sys_system *sys, const struct sga_solution 
                         const expr_id *field, const unsigned char *moving, struct sga_error *err);
 /* Does e jump where a table or a derivative of one does? */
 bool signals_jump(const struct sys_system *sys, expr_id e);
+/* Has e, or one of its derivatives by time up to order `more`, a jump at t, at a knot to the rounding of t? */
+bool signals_bend(const struct sys_system *sys, expr_id e, int more, double t);
 /* Symbols of tables get their values at t, in double. */
 void signals_set(const struct sys_system *sys, double t, struct num_ball *b);
 /* The knots of all tables between start and the last time, in the order of the motion, each once.

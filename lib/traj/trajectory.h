@@ -100,6 +100,7 @@ struct traj_turns {
     const expr_id *surface; int surfaces;   /* arguments of the motion's switches */
     const expr_id *slope;     /* surfaces x directions: their derivatives along each direction */
     const expr_id *rate;      /* by surface: its derivative along the motion */
+    bool jumps;               /* the motion's field may jump, or its constraints bend, at one */
 };
 
 /* Of such a system, where events set something: derivatives along each direction (events and what they set are those of its request). */
@@ -108,6 +109,15 @@ struct traj_slopes {
     const expr_id *event;     /* events x directions */
     const expr_id *set;       /* what is set, event by event, x directions */
     const expr_id *mass;      /* entries of the masses x directions */
+};
+
+/* Of such a system, in balls: what its start is. Either given values are what they are, exactly, and the rest follows (held ones determine it); or the motion's start is
+ * the point nearest to values of its own, which come first in exact_initial, before their derivatives. */
+struct traj_asked {
+    bool nearest;
+    bool known;               /* constraints of held values alone are known to hold: they are not asked for a proof */
+    int base, directions;     /* as above */
+    const double *initial, *unit; const unsigned char *given, *held;   /* nearest; base each: as of struct traj_request; by variable what a distance of 1 is */
 };
 
 /* Of a motion with events that set something, which is differentiated (jump_slope.h): its pieces are those of this system of variables and derivatives, whose
@@ -175,6 +185,7 @@ struct traj_request {
     const expr_id *exact_initial, *exact_time;
     const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
     const struct traj_slopes *slopes;      /* the same, of events that set something */
+    const struct traj_asked *asked;        /* NULL: none of the variables is a derivative, or it is not asked for in balls */
     const struct traj_carried *carried;    /* NULL: pieces are the motion's own */
     const struct traj_request *sized_by;   /* of a later piece of a motion: the request that natural sizes are those of; NULL: its own */
     bool ends_there;                       /* singular positions are not passed */

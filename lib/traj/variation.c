@@ -10,90 +10,25 @@
 #include "gauge_choice.h"
 #include "jumps.h"
 #include "mem.h"
+#include "signal.h"
 #include "switches.h"
-
-/* Derivatives of expressions along the directions. */
-struct along {
-    struct expr_store *st;
-    const struct sys_system *sys;       /* whose variables x are */
-    const struct variation_by *by;
-    int directions;
-    const expr_id *slope;               /* directions x n: the symbols of S */
-    int *variable_of;                   /* by symbol: variable, or -1 */
-    unsigned char *active;              /* by symbol */
-    struct expr_cone cone;
-    struct expr_term *term; size_t cap;
-};
-
-static void along_begin(struct along *a, const struct sys_system *sys, const struct variation_by *by, int directions, const expr_id *slope)
-{
-    struct expr_store *st = sys->store;
-    *a = (struct along){ .st = st, .sys = sys, .by = by, .directions = directions, .slope = slope,
-                         .variable_of = sga_malloc(((size_t)st->symbols + 1) * sizeof *a->variable_of), .active = sga_calloc((size_t)st->symbols + 1, 1) };
-    expr_cone_init(&a->cone);
-    for (int s = 0; s < st->symbols; s++)
-        a->variable_of[s] = -1;
-    for (int j = 0; j < sys->variables; j++) {
-        a->variable_of[sys->variable[j].symbol] = j;
-        a->active[sys->variable[j].symbol] = 1;
-    }
-    for (int d = 0; d < directions; d++)
-        if (by[d].parameter >= 0)
-            a->active[by[d].parameter] = 1;
-}
-
-static void along_end(struct along *a)
-{
-    expr_cone_clear(&a->cone);
-    free(a->variable_of);
-    free(a->active);
-    free(a->term);
-}
-
-/* to[d] = e_x S_d + e_k. */
-static void differentiate(struct along *a, expr_id e, expr_id *to)
-{
-    struct expr_store *st = a->st;
-    int terms = expr_gradient(st, &a->cone, e, a->active, &a->term, &a->cap);
-    for (int d = 0; d < a->directions; d++) {
-        to[d] = expr_int(st, 0);
-        for (int k = 0; k < terms; k++) {
-            int j = a->variable_of[a->term[k].symbol];
-            if (j >= 0)
-                to[d] = expr_add(st, to[d], expr_mul(st, a->term[k].value, a->slope[(size_t)d * (size_t)a->sys->variables + (size_t)j]));
-            else if (a->term[k].symbol == a->by[d].parameter)
-                to[d] = expr_add(st, to[d], a->term[k].value);
-        }
-    }
-}
+#include "variation_along.h"
 
 /* Symbols for the derivatives, and variables of v->system for all. */
 static expr_id *add_variables(struct variation *v, const struct sys_system *sys, const struct variation_by *by)
 {
     struct expr_store *st = sys->store;
-    size_t n = (size_t)v->n;
-    expr_id *slope = sga_calloc((size_t)v->directions * n + 1, sizeof *slope);
+    expr_id *slope = along_symbols(sys, by, v->directions);
     for (int j = 0; j < v->n; j++)
         sys_add_variable(&v->system, sys->variable[j].symbol, sys->variable[j].role);
-    for (int d = 0; d < v->directions && expr_store_ok(st); d++)
-        for (int j = 0; j < v->n && expr_store_ok(st); j++) {
-            char name[400];
-            const char *x = st->symbol[sys->variable[j].symbol].name;
-            if (by[d].parameter >= 0)
-                snprintf(name, sizeof name, "d(%.150s)/d(%.150s)", x, st->symbol[by[d].parameter].name);
-            else
-                snprintf(name, sizeof name, "d(%.150s)/d(start %d)", x, by[d].variable);
-            int old = expr_symbol_find(st, name, strlen(name));
-            expr_id e = old >= 0 ? st->symbol[old].node : expr_symbol_add(st, name, EXPR_VARIABLE);
-            slope[(size_t)d * n + (size_t)j] = e;
-            if (e)
-                sys_add_variable(&v->system, st->node[e].a, sys->variable[j].role);
-        }
+    for (int k = 0; k < v->directions * v->n; k++)
+        if (slope[k])
+            sys_add_variable(&v->system, st->node[slope[k]].a, sys->variable[k % v->n].role);
     return slope;
 }
 
 /* The rows, and their derivatives: A S' + (A_x S + A_k) x' = alpha_x S + alpha_k. */
-static void add_rows(struct variation *v, const struct sys_system *sys, struct along *a)
+static void add_rows(struct variation *v, const struct sys_system *sys, struct variation_along *a)
 {
     int q = v->directions, n = v->n;
     expr_id *to = sga_malloc(((size_t)q + 1) * sizeof *to);
@@ -102,11 +37,11 @@ static void add_rows(struct variation *v, const struct sys_system *sys, struct a
         int base = sys_add_row(&v->system, r->alpha, r->source), first = v->system.rows;
         for (int k = 0; k < r->entries; k++)
             sys_add_entry(&v->system, base, r->entry[k].col, r->entry[k].value);
-        differentiate(a, r->alpha, to);
+        along_of(a, r->alpha, to);
         for (int d = 0; d < q; d++)
             sys_add_row(&v->system, to[d], r->source);
         for (int k = 0; k < r->entries; k++) {
-            differentiate(a, r->entry[k].value, to);
+            along_of(a, r->entry[k].value, to);
             for (int d = 0; d < q; d++)
                 sys_add_entry(&v->system, first + d, r->entry[k].col, to[d]);
         }
@@ -125,14 +60,14 @@ static void add_chosen_rows(struct variation *v, const struct sys_system *sys)
         sys_add_entry(&v->system, sys_add_row(&v->system, v->field[j], "the chosen field"), j, expr_int(sys->store, 1));
 }
 
-static void add_field(struct variation *v, const expr_id *root, struct along *a)
+static void add_field(struct variation *v, const expr_id *root, struct variation_along *a)
 {
     size_t n = (size_t)v->n, q = (size_t)v->directions;
     expr_id *to = sga_malloc((q + 1) * sizeof *to);
     v->field = sga_malloc((n * (1 + q) + 1) * sizeof *v->field);
     for (size_t j = 0; j < n; j++) {
         v->field[j] = root[j];
-        differentiate(a, root[j], to);
+        along_of(a, root[j], to);
         for (size_t d = 0; d < q; d++)
             v->field[n * (1 + d) + j] = to[d];
     }
@@ -140,7 +75,7 @@ static void add_field(struct variation *v, const expr_id *root, struct along *a)
 }
 
 /* The constraints, each followed by its derivatives; what else of the solution a motion looks at. */
-static void add_solution(struct variation *v, const struct sga_solution *sol, struct along *a)
+static void add_solution(struct variation *v, const struct sga_solution *sol, struct variation_along *a)
 {
     struct sga_solution *to = &v->solution;
     int q = v->directions;
@@ -152,7 +87,7 @@ static void add_solution(struct variation *v, const struct sga_solution *sol, st
     expr_id *slope = sga_malloc(((size_t)q + 1) * sizeof *slope);
     for (int i = 0; i < sol->constraints; i++) {
         struct sga_constraint *c = to->constraint + (size_t)i * (size_t)(1 + q);
-        differentiate(a, sol->constraint[i].expr, slope);
+        along_of(a, sol->constraint[i].expr, slope);
         for (int d = 0; d <= q; d++)
             c[d] = (struct sga_constraint){ .expr = d ? slope[d - 1] : sol->constraint[i].expr, .generation = sol->constraint[i].generation,
                                             .origin = SGA_FROM_RESTRICTION, .restriction = -1, .source = -1 };
@@ -160,35 +95,33 @@ static void add_solution(struct variation *v, const struct sga_solution *sol, st
     free(slope);
 }
 
-static void add_outputs(struct variation *v, const struct sys_system *sys, const struct traj_request *rq, struct along *a)
+static void add_outputs(struct variation *v, const struct sys_system *sys, const struct traj_request *rq, struct variation_along *a)
 {
     int outputs = v->outputs, q = v->directions;
     v->output = sga_malloc(((size_t)outputs * (size_t)(1 + q) + 1) * sizeof *v->output);
     for (int k = 0; k < outputs; k++) {
         expr_id e = rq->outputs ? rq->output[k] : sys->store->symbol[sys->variable[k].symbol].node;
-        differentiate(a, e, v->output + (size_t)k * (size_t)q);
+        along_of(a, e, v->output + (size_t)k * (size_t)q);
         v->output[outputs * q + k] = e;
     }
 }
 
 /* Along the motion: e_x X + e_t. */
-static expr_id rate_of(struct along *a, const expr_id *field, expr_id e)
+static expr_id rate_of(struct variation_along *a, const expr_id *field, expr_id e)
 {
     struct expr_store *st = a->st;
-    a->active[a->sys->time] = 1;
     int terms = expr_gradient(st, &a->cone, e, a->active, &a->term, &a->cap);
-    a->active[a->sys->time] = 0;
     expr_id sum = expr_int(st, 0);
     for (int k = 0; k < terms; k++) {
         int j = a->variable_of[a->term[k].symbol];
-        if (j >= 0 || a->term[k].symbol == a->sys->time)
-            sum = expr_add(st, sum, j < 0 ? a->term[k].value : expr_mul(st, a->term[k].value, field[j]));
+        if (j >= 0)
+            sum = expr_add(st, sum, expr_mul(st, a->term[k].value, field[j]));
     }
-    return sum;
+    return expr_add(st, sum, expr_time_partial(st, e, a->sys->time));       /* through tables too */
 }
 
 /* The switches of the motion, and whether it may jump at one: at sign anywhere in it, and at any switch of its constraints. */
-static void add_turns(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, const expr_id *field, struct along *a)
+static void add_turns(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, const expr_id *field, struct variation_along *a)
 {
     struct expr_store *st = sys->store;
     int q = v->directions, all = 0;
@@ -213,16 +146,16 @@ static void add_turns(struct variation *v, const struct sys_system *sys, const s
     v->rate = sga_malloc(((size_t)w.count + 1) * sizeof *v->rate);
     for (int e = 0; e < w.count; e++) {
         v->surface[e] = w.argument[e];
-        differentiate(a, w.argument[e], v->slope + (size_t)e * (size_t)q);
+        along_of(a, w.argument[e], v->slope + (size_t)e * (size_t)q);
         v->rate[e] = rate_of(a, field, w.argument[e]);
     }
-    v->turns = (struct traj_turns){ .base = v->n, .directions = q, .surface = v->surface, .surfaces = w.count, .slope = v->slope, .rate = v->rate };
+    v->turns = (struct traj_turns){ .base = v->n, .directions = q, .surface = v->surface, .surfaces = w.count, .slope = v->slope, .rate = v->rate, .jumps = v->may_jump };
     num_switches_clear(&w);
     free(root);
 }
 
 /* Events, what they set, and masses, along the directions. */
-static void add_jumps(struct variation *v, const struct traj_request *rq, struct along *a)
+static void add_jumps(struct variation *v, const struct traj_request *rq, struct variation_along *a)
 {
     size_t q = (size_t)v->directions, sets = 0, entries = rq->mass ? (size_t)rq->mass->entries : 0;
     for (int e = 0; e < rq->events; e++)
@@ -232,12 +165,12 @@ static void add_jumps(struct variation *v, const struct traj_request *rq, struct
     v->mass_slope = sga_malloc((entries * q + 1) * sizeof *v->mass_slope);
     sets = 0;
     for (int e = 0; e < rq->events; e++) {
-        differentiate(a, rq->event[e].expression, v->event_slope + (size_t)e * q);
+        along_of(a, rq->event[e].expression, v->event_slope + (size_t)e * q);
         for (int k = 0; k < rq->event[e].sets; k++)
-            differentiate(a, rq->event[e].set[k].value, v->set_slope + sets++ * q);
+            along_of(a, rq->event[e].set[k].value, v->set_slope + sets++ * q);
     }
     for (size_t k = 0; k < entries; k++)
-        differentiate(a, rq->mass->value[k], v->mass_slope + k * q);
+        along_of(a, rq->mass->value[k], v->mass_slope + k * q);
     v->slopes = (struct traj_slopes){ .base = v->n, .directions = v->directions, .event = v->event_slope, .set = v->set_slope, .mass = v->mass_slope };
 }
 
@@ -307,7 +240,7 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
         sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/sensitivities", "the motion is chosen by solving equations at each step (%s), so that there are no expressions to differentiate; fix "
                     "what is free by trajectory.gauge", choice.why);
     expr_id *slope = add_variables(v, sys, by);
-    struct along a;
+    struct variation_along a;
     along_begin(&a, sys, by, directions, slope);
     if (ok && expr_store_ok(sys->store)) {
         const expr_id *root = choice.field ? choice.field : sol->field;

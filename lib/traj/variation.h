@@ -29,6 +29,7 @@ struct variation {
     int outputs;               /* that were asked for, or all variables */
     struct traj_turns turns;
     struct traj_slopes slopes;
+    struct traj_asked asked;   /* set by variation_place and variation_place_nearest, for balls */
     bool jumps;                /* events set something: motions are those of the request that is differentiated, with this system as what is carried */
     bool may_jump;             /* the motion's field may jump, or its constraints bend, at a switch */
     double *initial;           /* the request's lists; set by variation_place, from the guess of what is differentiated (n each): */
@@ -56,5 +57,12 @@ bool variation_starts_clear(const struct variation *v, const struct sys_system *
 bool variation_constants(const struct expr_store *st, const expr_id *e, int count, double *value);
 /* The start is x, with these derivatives (directions x variables of the whole). */
 void variation_place_at(struct variation *v, struct traj_request *rq, const double *x, const double *slope);
+/* The same in balls, near the nearest point to what was asked; unit: by variable, as of variation_units (borrowed). False: equations define variables. */
+bool variation_place_nearest(struct variation *v, struct traj_request *rq, const double *x, const double *slope, const double *unit);
+/* variation_digits.c. After variation_place_nearest, for double-double: the start and its derivatives become constants with all digits (exact: room for the variables of sys, which must
+ * live as long as rq). False: they are not told so well. */
+bool variation_digits(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, struct traj_request *rq, expr_id *exact);
+/* unit: by variable of the system what a distance of 1 is for the nearest start. False: that of a given value follows the value. */
+bool variation_units(const struct sys_system *sys, const struct traj_request *rq, const double *x, double *unit);
 
 #endif

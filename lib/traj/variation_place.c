@@ -12,6 +12,7 @@
 #include "kinds.h"
 #include "leastnorm.h"
 #include "print.h"
+#include "sizes.h"
 #include "tape.h"
 
 /* A given value stayed if it is the start's up to this, relative to 1 + its size; equations hold if they are missed by no more than this beside
@@ -123,18 +124,33 @@ static bool determined(const struct tangents *q, const unsigned char *stays, con
     return ok;
 }
 
-/* What stays: given values; and, where they do not say everything, zeros of coordinates and velocities that were not given. */
+/* No given value moved: else all of its tier may (tiers.h), also what is by chance where it was. */
+static bool given_stay(const struct variation *v, const double *x)
+{
+    bool all = true;
+    for (int j = 0; j < v->n; j++)
+        all &= !v->guessed[j] || v->kept[j] || fabs(x[j] - v->guess[j]) <= STAYED * (1 + fabs(x[j]));
+    return all;
+}
+
+/* What stays: given values; and, where they do not say everything, coordinates and velocities that were not given, where all of them are 0. */
 static bool find_stays(const struct tangents *q, const struct variation *v, const struct sys_system *sys, const double *x, const double *g, unsigned char *stays, double *s,
                        struct sga_arena *mem)
 {
     unsigned char *kind = sga_zeros(mem, (size_t)sys->variables + 1, 1);
+    bool moved[] = { [SYS_COORDINATE] = false, [SYS_VELOCITY] = false };
     sys_kinds(sys, kind);
+    if (!given_stay(v, x))
+        return false;
     for (int j = 0; j < q->n; j++)
-        stays[j] = (v->guessed[j] || v->kept[j]) && fabs(x[j] - v->guess[j]) <= STAYED * (1 + fabs(x[j]));
+        stays[j] = v->guessed[j] || v->kept[j];
     if (determined(q, stays, g, s, mem))
         return true;
     for (int j = 0; j < q->n; j++)
-        stays[j] |= !v->guessed[j] && !v->kept[j] && fabs(x[j]) <= STAYED && (kind[j] == SYS_COORDINATE || kind[j] == SYS_VELOCITY);
+        if (!v->guessed[j] && !v->kept[j] && kind[j] < SYS_ALGEBRAIC)
+            moved[kind[j]] |= fabs(x[j]) > STAYED;
+    for (int j = 0; j < q->n; j++)
+        stays[j] |= !v->guessed[j] && !v->kept[j] && kind[j] < SYS_ALGEBRAIC && !moved[kind[j]];
     return determined(q, stays, g, s, mem);
 }
 
@@ -155,10 +171,13 @@ bool variation_place(struct variation *v, const struct sys_system *sys, const st
     for (size_t i = 0; i < n * (1 + q); i++)
         v->initial[i] = i >= n ? s[i - n] : stays[i] && v->guessed[i] ? v->guess[i] : x[i];
     /* in double the rest is what it is already; longer numbers solve for it */
+    bool longer = rq->arithmetic == TRAJ_DOUBLE_DOUBLE || rq->arithmetic == TRAJ_BALL;
     for (size_t i = 0; i < n * (1 + q); i++) {
-        v->held[i] = rq->arithmetic == TRAJ_DOUBLE_DOUBLE && stays[i % n];
-        v->given[i] = rq->arithmetic != TRAJ_DOUBLE_DOUBLE || stays[i % n];
+        v->held[i] = longer && stays[i % n];
+        v->given[i] = !longer || stays[i % n];
     }
+    v->asked = (struct traj_asked){ .nearest = false, .base = v->n, .directions = v->directions };
+    rq->asked = rq->arithmetic == TRAJ_BALL ? &v->asked : NULL;
     return true;
 }
 
@@ -172,6 +191,32 @@ void variation_place_at(struct variation *v, struct traj_request *rq, const doub
         v->held[i] = 0;
     }
     rq->exact_initial = NULL;
+}
+
+bool variation_place_nearest(struct variation *v, struct traj_request *rq, const double *whole, const double *slope, const double *unit)
+{
+    const expr_id *exact = rq->exact_initial;
+    if (v->of_defined)
+        return false;
+    variation_place_at(v, rq, whole, slope);
+    v->asked = (struct traj_asked){ true, false, v->n, v->directions, v->guess, unit, v->guessed, v->kept };
+    rq->asked = &v->asked;
+    rq->exact_initial = exact;
+    return true;
+}
+
+bool variation_units(const struct sys_system *sys, const struct traj_request *rq, const double *x, double *unit)
+{
+    struct sizes sizes;
+    bool fixed = true;
+    sizes_init(&sizes, sys, rq);
+    sizes_met(&sizes, x);
+    for (int j = 0; j < sys->variables; j++) {
+        unit[j] = sizes_move(&sizes, j, rq->initial[j]);
+        fixed &= !rq->given[j] || unit[j] == sizes_move(&sizes, j, 0);
+    }
+    sizes_clear(&sizes);
+    return fixed;
 }
 
 /* Beside 1 + the sizes of variables: on a surface; along a direction it does not move; at rest. */

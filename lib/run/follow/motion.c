@@ -197,6 +197,8 @@ bool answer_own_motion(struct job *j)
     bool tradeoff = j->request->want & REQUEST_TRADEOFF;
     if (t->sliding && r.arithmetic == TRAJ_AUTO)
         r.arithmetic = TRAJ_DOUBLE;      /* what pieces are followed in */
+    j->slides.begin = t->sliding ? slides_begin : NULL;
+    j->slides.end = slides_end;
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;

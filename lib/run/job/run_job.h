@@ -28,11 +28,13 @@ struct sga_error;
 struct sga_solution;
 struct sga_warnings;
 struct sga_witness;
+struct slides;
 struct strata_tree;
 struct stratum;
 struct structure;
 struct tradeoff;
 struct traj_initial;
+struct traj_request;
 struct traj_result;
 struct job;
 
@@ -122,6 +124,9 @@ struct job {
     struct {                      /* by slide of the trajectory, where slides were asked for */
         char **surface;           /* its function's text */
         int *dimension, *generations;   /* of the reduction of the system that slides */
+        /* slides_begin and slides_end (slides.h), for who makes such a motion of another job: its derivatives. NULL: slides were not asked for */
+        bool (*begin)(struct job *j, const struct sga_solution *solution, struct traj_request *rq, struct sga_arena *mem, struct slides **out);
+        void (*end)(struct slides *s, bool ok);
     } slides;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
     char *sensitivities;          /* JSON: the member of the trajectory, or NULL */

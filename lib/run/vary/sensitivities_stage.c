@@ -15,6 +15,7 @@
 #include "system.h"
 #include "vary_modes.h"
 #include "vary_motion.h"
+#include "vary_slides.h"
 
 static const char PLACE[] = "/trajectory/sensitivities";
 /* Samples of the same motion, computed in two ways, may differ by so many times their estimated errors, and so much beside their size. */
@@ -25,6 +26,7 @@ struct asked {
     struct vary_model model;
     struct variation variation;
     struct vary_modes *modes;
+    struct vary_slides *slides;
     bool varied;
     struct variation_by *by; int directions;
     struct sga_arena mem;
@@ -33,9 +35,6 @@ struct asked {
 /* What cannot be differentiated. */
 static bool possible(const struct job *j)
 {
-    const struct request *r = j->request;
-    if (r->accuracy.arithmetic == REQUEST_BALL)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "sensitivities are not enclosed in balls; use \"double\", \"double-double\" or \"auto\"");
     if (j->strata.moves_on)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, PLACE, "the motion starts on a stratum, which a change of a parameter or of the start leaves: it has no derivative there");
     return true;
@@ -73,14 +72,7 @@ static bool make_variation(struct asked *a)
     for (int d = 0; d < a->directions; d++)
         vary_model_guess(&a->model, &a->model.rq, a->by[d].parameter, a->by[d].variable, guess + (size_t)d * n);
     a->varied = true;
-    if (!variation_make(&a->variation, &a->model.request.system, a->model.solution, &a->model.rq, a->by, a->directions, guess, a->j->err))
-        return false;
-    if (!a->variation.may_jump)
-        return true;
-    if (a->model.rq.arithmetic == TRAJ_DOUBLE_DOUBLE)
-        return sga_fail_at(a->j->err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "where the equations jump, sensitivities are computed in double; use \"double\" or \"auto\"");
-    a->variation.request.arithmetic = TRAJ_DOUBLE;
-    return true;
+    return variation_make(&a->variation, &a->model.request.system, a->model.solution, &a->model.rq, a->by, a->directions, guess, a->j->err);
 }
 
 static const char *output_name(const struct job *j, int k)
@@ -176,6 +168,23 @@ static void write_errors(struct asked *a, const struct vary_motion *m, struct sg
     sga_json_end_array(w);
 }
 
+/* In balls: how far each value may be off what is written. */
+static void write_radii(struct asked *a, const struct traj_result *r, struct sga_json *w)
+{
+    int columns = a->directions * a->j->trajectory->columns;
+    if (!r->radius)
+        return;
+    sga_json_key(w, "radii");
+    sga_json_array(w);
+    for (int i = 0; i < r->rows; i++) {
+        sga_json_array(w);
+        for (int k = 0; k < columns; k++)
+            sga_json_double(w, r->radius[(size_t)i * (size_t)r->columns + (size_t)k]);
+        sga_json_end_array(w);
+    }
+    sga_json_end_array(w);
+}
+
 /* What the differences of the start add is within the tolerances too. */
 static bool reached(struct asked *a, const struct vary_motion *m)
 {
@@ -198,6 +207,7 @@ static bool write(struct asked *a, const struct vary_motion *m)
     bool ok = write_rows(a, m, &w);
     if (ok) {
         write_errors(a, m, &w);
+        write_radii(a, r, &w);
         sga_json_member_bool(&w, "accuracy_reached", reached(a, m));
         sga_json_member_string(&w, "start", m->exact_start ? "solved" : "differences");
         sga_json_member_string(&w, "method", r->method);
@@ -228,14 +238,14 @@ static bool run(struct asked *a)
     if (!vary_model_make(&a->model, j, open, s->parameters, PLACE) || !general(a) || !set_directions(a))
         return false;
     a->model.rq.samples = j->trajectory->rows;
-    if (!make_variation(a))
+    if (!vary_slides_new(j, &a->model, a->by, a->directions, &a->slides) || !make_variation(a))
         return false;
     expr_id *parameter = sga_zeros(&a->mem, (size_t)a->model.request.swept_count + 1, sizeof *parameter);
     for (int i = 0; i < a->model.request.swept_count; i++)
         parameter[i] = a->model.request.swept[i].value;
     struct vary_motion m;
     a->modes = vary_modes_new(j, &(struct vary_modes_of){ &a->model, &a->model.rq, open, s->parameters, a->by, a->directions, -1 });
-    struct vary_at at = { .rq = &a->model.rq, .parameter = parameter, .x = j->trajectory->initial, .modes = a->modes };
+    struct vary_at at = { .rq = &a->model.rq, .parameter = parameter, .x = j->trajectory->initial, .modes = a->modes, .slides = a->slides };
     if (!vary_motion_run(&m, &a->model, &a->variation, &at, j->err)) {
         if (!j->err->pointer[0])
             snprintf(j->err->pointer, sizeof j->err->pointer, "%s", PLACE);
@@ -268,6 +278,7 @@ bool answer_sensitivities(struct job *j)
     stage_begin(j->clock, STAGE_SENSITIVITIES);
     bool ok = j->trajectory->rows == 0 || in_time(&a);
     vary_modes_free(a.modes);
+    vary_slides_free(a.slides);
     if (a.varied)
         variation_clear(&a.variation);
     vary_model_clear(&a.model);

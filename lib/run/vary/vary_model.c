@@ -117,7 +117,7 @@ static void set_request(struct vary_model *m)
         .exact_start = t->exact_start, .exact_initial = exact,
     };
     answer_start_of(r, &j->mem, &m->rq);
-    if (m->rq.arithmetic == TRAJ_DOUBLE_DOUBLE || (m->rq.arithmetic == TRAJ_AUTO && m->rq.rtol < DOUBLE_SUFFICES)) {
+    if (m->rq.arithmetic == TRAJ_DOUBLE_DOUBLE || m->rq.arithmetic == TRAJ_BALL || (m->rq.arithmetic == TRAJ_AUTO && m->rq.rtol < DOUBLE_SUFFICES)) {
         expr_id *time = sga_zeros(&j->mem, (size_t)t->samples + 1, sizeof *time);
         for (int k = 0; k < t->samples; k++)
             time[k] = request_exact_time(r, k);

@@ -10,6 +10,10 @@
 #include "mem.h"
 #include "vary_copies.h"
 #include "vary_modes.h"
+#include "vary_slides.h"
+
+/* How large a change of derivatives is told from the roundings of a motion, beside their size; and how much more than one choice of signs other ones may come to. */
+static const double SEEN = 1e-3, SIGNS = 2;
 
 void vary_motion_clear(struct vary_motion *v)
 {
@@ -24,46 +28,109 @@ static bool run(struct vary_copies *p, struct traj_result *r, struct sga_error *
     return traj_run(&c->system, &c->solution, &c->request, r, err);
 }
 
-/* The motions from the best differences and from ones that are off by what these may be off. */
-static bool run_from_differences(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at,
-                                 struct vary_copies *p, struct sga_error *err)
+/* By direction how many times `off` is added to its slopes: derivatives follow linear equations, so that what becomes of a large change tells what becomes of a small one, of which
+ * the steps of two motions would tell nothing. off gets signs of its own. */
+static void magnify(double *off, const double *slope, int directions, size_t n, double *times)
+{
+    for (int d = 0; d < directions; d++) {
+        double most = 0, size = 0;
+        for (size_t j = 0; j < n; j++) {
+            double *o = off + (size_t)d * n + j;
+            most = fmax(most, *o);
+            size = fmax(size, fabs(slope[(size_t)d * n + j]));
+            *o *= j * 2654435761u >> 7 & 1 ? -1 : 1;
+        }
+        times[d] = most > 0 ? fmax(1, SEEN * fmax(size, 1) / most) : 1;
+    }
+}
+
+/* Rows of both; where the other one ended before, so does this. */
+static void keep_common(struct traj_result *r, const struct traj_result *other)
+{
+    if (other->rows >= r->rows)
+        return;
+    r->rows = other->rows;
+    r->ended = other->ended;
+    r->ended_t = other->ended_t;
+    r->ended_reason = other->ended_reason;
+    memcpy(r->ended_detail, other->ended_detail, sizeof r->ended_detail);
+}
+
+/* In double-double: the start near these slopes, to its digits. False: it is not told so well, or err. */
+static bool with_all_digits(const struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct sweep_case *c, const double *slope, expr_id *exact,
+                            struct sga_error *err)
+{
+    SGA_ARENA(mem);
+    if (c->request.arithmetic != TRAJ_DOUBLE_DOUBLE || !to->exact_start || at->rq->relations || at->rq->low)
+        return false;
+    double *unit = sga_zeros(&mem, (size_t)m->request.system.variables + 1, sizeof *unit);
+    bool ok = vary_start_units(m, at, unit, err) && variation_place_nearest(v, &c->request, at->x, slope, unit) && variation_digits(v, &c->system, &c->solution, &c->request, exact);
+    c->request.asked = NULL;
+    return ok;
+}
+
+/* The motions from the best slopes and from ones that are off by what these may be off. */
+static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at,
+                            struct vary_copies *p, struct sga_error *err)
 {
     struct sweep_case *c = &p->c;
-    size_t all = (size_t)m->request.system.variables * (size_t)v->directions;
+    size_t n = (size_t)m->request.system.variables, q = (size_t)v->directions;
     struct traj_result other = { 0 };
     SGA_ARENA(mem);
-    double *slope = sga_zeros(&mem, all + 1, sizeof *slope), *off = sga_zeros(&mem, all + 1, sizeof *off);
+    double *slope = sga_zeros(&mem, n * q + 1, sizeof *slope), *off = sga_zeros(&mem, n * q + 1, sizeof *off), *times = sga_zeros(&mem, q + 1, sizeof *times);
     c->request.relations = 0;       /* the start that is placed has met them */
     c->request.low = c->request.high = NULL;
-    if (!vary_start_slopes(m, v->by, v->directions, at, slope, off, err))
+    if (!vary_start_slopes(m, v->by, v->directions, at, slope, off, &to->exact_start, err))
+        return false;
+    if (c->request.arithmetic == TRAJ_BALL) {
+        double *unit = sga_zeros(&mem, n + 1, sizeof *unit);
+        if (!to->exact_start || !vary_start_units(m, at, unit, err) || !variation_place_nearest(v, &c->request, at->x, slope, unit))
+            return err->code != SGA_E_OK ? false : sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/initial", "the derivatives of this nearest start are not enclosed in balls; give initial values that satisfy the "
+                                                               "constraints, or use \"double\"");
+        to->exact_start = true;
+        return variation_starts_clear(v, &c->system, &c->request, err) && run(p, &to->result, err);
+    }
+    expr_id *exact = sga_zeros(&mem, (size_t)c->system.variables + 1, sizeof *exact);
+    if (with_all_digits(to, m, v, at, c, slope, exact, err))
+        return variation_starts_clear(v, &c->system, &c->request, err) && run(p, &to->result, err);
+    if (err->code != SGA_E_OK)
         return false;
     variation_place_at(v, &c->request, at->x, slope);
     if (!variation_starts_clear(v, &c->system, &c->request, err) || !run(p, &to->result, err))
         return false;
-    for (size_t i = 0; i < all; i++)
-        slope[i] += off[i];
+    struct traj_request first = c->request;       /* sizes are those of the first motion */
+    size_t all = (size_t)c->system.variables;
+    first.initial = memcpy(sga_take(&mem, (all + 1) * sizeof *first.initial), first.initial, all * sizeof *first.initial);
+    magnify(off, slope, v->directions, n, times);
+    for (size_t i = 0; i < n * q; i++)
+        slope[i] += times[i / n] * off[i];
     variation_place_at(v, &c->request, at->x, slope);
-    if (!run(p, &other, err))
+    c->request.sized_by = &first;
+    bool ok = run(p, &other, err);
+    c->request.sized_by = NULL;
+    if (!ok)
         return false;
-    int columns = to->result.columns;
-    to->result.rows = to->result.rows < other.rows ? to->result.rows : other.rows;
-    to->slope_error = sga_calloc((size_t)to->result.rows * (size_t)columns + 1, sizeof *to->slope_error);
+    size_t columns = (size_t)to->result.columns;
+    keep_common(&to->result, &other);
+    to->slope_error = sga_calloc((size_t)to->result.rows * columns + 1, sizeof *to->slope_error);
     /* both start at doubles, whatever they are computed in */
-    for (size_t i = 0; i < (size_t)to->result.rows * (size_t)columns; i++)
-        to->slope_error[i] = fabs(to->result.value[i] - other.value[i]) + 4 * DBL_EPSILON * fabs(to->result.value[i]);
+    for (size_t i = 0; i < (size_t)to->result.rows * columns; i++) {
+        double apart = fabs(to->result.value[i] - other.value[i]), by = i % columns < q * (size_t)v->outputs ? times[i % columns % q] : 1;
+        to->slope_error[i] = SIGNS * apart / by + 4 * DBL_EPSILON * fabs(to->result.value[i]);
+    }
     traj_result_clear(&other);
     return true;
 }
 
-/* From a start that is solved for: where longer numbers may be needed they are tried first. False without to->exact_start: the request is as it was. */
-static bool run_from_solved(struct vary_motion *to, struct variation *v, const struct vary_at *at, struct vary_copies *p, struct sga_error *err)
+/* From a start that is solved for: where longer numbers may be needed they are tried first. False without *placed: the request is as it was. */
+static bool run_from_solved(struct vary_motion *to, struct variation *v, const struct vary_at *at, struct vary_copies *p, bool *placed, struct sga_error *err)
 {
     struct sweep_case *c = &p->c;
     bool longer = c->request.arithmetic == TRAJ_AUTO && c->request.exact_time && !p->has_own;
     struct sga_error ignored = { 0 };
     if (!variation_place(v, &c->system, &c->solution, &c->request, at->x))
         return false;
-    to->exact_start = true;
+    *placed = to->exact_start = true;
     if (longer)
         c->request.arithmetic = TRAJ_DOUBLE_DOUBLE;
     if (!variation_starts_clear(v, &c->system, &c->request, err))
@@ -74,7 +141,12 @@ static bool run_from_solved(struct vary_motion *to, struct variation *v, const s
         c->request.arithmetic = TRAJ_DOUBLE;
         variation_place(v, &c->system, &c->solution, &c->request, at->x);
     }
-    return run(p, &to->result, err);
+    if (run(p, &to->result, err))
+        return true;
+    /* in balls values that are given have all digits, and may be off the constraints by what doubles do not tell */
+    *placed = !(c->request.arithmetic == TRAJ_BALL && err->code == SGA_E_INITIAL);
+    *err = *placed ? *err : (struct sga_error){ 0 };
+    return false;
 }
 
 bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct sga_error *err)
@@ -86,9 +158,12 @@ bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variat
         p.c.request.programs = m->programs;
         if (at->modes)
             vary_modes_start(at->modes, at, &p);
-        ok = at->rq->relations || at->rq->low || run_from_solved(to, v, at, &p, err);      /* relations move with the parameters: differences */
-        if (!to->exact_start)
-            ok = run_from_differences(to, m, v, at, &p, err);
+        if (at->slides)
+            vary_slides_start(at->slides, at, &p);
+        bool placed = false;
+        ok = at->rq->relations || at->rq->low || run_from_solved(to, v, at, &p, &placed, err);      /* relations move with the parameters */
+        if (!placed)
+            ok = run_from_slopes(to, m, v, at, &p, err);
     }
     vary_copies_clear(&p);
     if (!ok)

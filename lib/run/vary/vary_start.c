@@ -1,23 +1,31 @@
-/* Derivatives of a consistent start where it is a nearest point: the start at values nearby, in central differences that are carried to a step of 0.
+/* Derivatives of a consistent start where it is a nearest point: by the conditions of such a point (variation_least.h), and where these do not tell, the start at values
+ * nearby, in central differences that are carried to a step of 0.
  * (C. J. F. Ridders, Accurate computation of F'(x) and F'(x) F''(x), Advances in Engineering Software 4 (1982) 75.) */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "arena.h"
+#include "budget.h"
 #include "mem.h"
 #include "sweep_case.h"
 #include "system.h"
+#include "variation_least.h"
 #include "vary_motion.h"
 
 /* The first step, beside the value; how much smaller the next ones are; how far differences may be off beside what they are; and how near the start
  * at the values themselves must come to the motion's. */
 static const double FIRST = 0.02, SMALLER = 1.7, OFF = 1e-4, SAME = 1e-8;
+/* In balls what was not given counts a little too (enclosed_nearest.c). */
+static const double SAME_IN_BALLS = 1e-5;
 /* Differences of starts that do not move are roundings up to this. */
 static const double ROUNDINGS = 1e-9;
 /* Rounding of a start, relative. */
 static const double DIGITS = 1e-15;
 enum { STEPS = 9, FEWEST = 4 };
+/* Starts nearby, that bear out derivatives: how far, how much nearer after each try, and how well; to how many digits a search finds them. */
+static const double BESIDE = 1e-3, SHORTER = 30, BORNE = 1e-3, FOUND = 1e-10;
+enum { TRIES = 3 };
 
 struct starts {
     struct vary_model *m;
@@ -28,7 +36,22 @@ struct starts {
     struct sga_error *err;
 };
 
-/* The start at these parameters, from their initial values, one of them moved by h (variable -1: none is). Those that rq does not write are at->initial's. */
+/* What the start is looked for from: rq's values at the parameters; those that rq does not write are at->initial's. */
+static bool asked_of(const struct vary_at *at, const struct sweep_case *c, int n, double *initial)
+{
+    bool ok = true;
+    for (int j = 0; j < n && ok; j++) {
+        if (!at->rq->given[j])
+            continue;
+        if (!at->rq->exact_initial[j])
+            initial[j] = at->initial ? at->initial[j] : at->rq->initial[j];
+        else
+            ok = variation_constants(&c->store, c->request.exact_initial + j, 1, initial + j);
+    }
+    return ok;
+}
+
+/* The start at these parameters, from their initial values, one of them moved by h (variable -1: none is). */
 static bool find_start(struct vary_model *m, const struct vary_at *at, const expr_id *parameter, int variable, double h, double *x, double *given, struct sga_error *err)
 {
     struct request *r = &m->request;
@@ -38,14 +61,7 @@ static bool find_start(struct vary_model *m, const struct vary_at *at, const exp
     SGA_ARENA(mem);
     double *initial = sga_zeros(&mem, (size_t)n + 1, sizeof *initial);
     bool ok = sweep_case_of(&c, r, &r->system, m->solution, at->rq, parameter, err) && c.solved;
-    for (int j = 0; j < n && ok; j++) {
-        if (!at->rq->given[j])
-            continue;
-        if (!at->rq->exact_initial[j])
-            initial[j] = at->initial ? at->initial[j] : at->rq->initial[j];
-        else
-            ok = variation_constants(&c.store, c.request.exact_initial + j, 1, initial + j);
-    }
+    ok = ok && asked_of(at, &c, n, initial);
     if (given)
         memcpy(given, initial, (size_t)n * sizeof *given);
     if (variable >= 0)
@@ -147,6 +163,30 @@ static bool kinked(const double *bend, int steps, int n, int j, double size)
     return last > OFF * size && last > ROUNDINGS && last > 0.5 * first;
 }
 
+/* Whether starts on both sides, nearby, are where these derivatives lead: to one branch, without a bend. */
+static bool borne_out(struct starts *s, const double *here, const double *slope)
+{
+    size_t n = (size_t)s->n;
+    SGA_ARENA(mem);
+    double *up = sga_take(&mem, (2 * n + 1) * sizeof *up), *down = up + n, h = BESIDE * (s->value != 0 ? fabs(s->value) : 1), size = 0;
+    for (size_t j = 0; j < n; j++)
+        size = fmax(size, fabs(slope[j]));
+    for (int k = 0; k < TRIES; k++, h /= SHORTER) {
+        double a = s->value + h, b = s->value - h, wide = (a - b) / 2;
+        bool ok = start_at(s, wide, up) && start_at(s, -wide, down);
+        for (size_t j = 0; j < n && ok; j++) {
+            double told = BORNE * fabs(slope[j]) + OFF / 10 * size + ROUNDINGS + FOUND * fabs(here[j]) / wide;
+            ok = fabs((up[j] - down[j]) / (2 * wide) - slope[j]) <= told && fabs(up[j] - 2 * here[j] + down[j]) / wide <= 4 * told;
+        }
+        if (ok)
+            return true;
+        if (!sga_budget_ok(s->at->rq->budget, s->err))
+            return false;
+        *s->err = (struct sga_error){ 0 };
+    }
+    return false;
+}
+
 static bool one_direction(struct starts *s, const double *here, double *slope, double *off)
 {
     size_t n = (size_t)s->n;
@@ -168,7 +208,48 @@ static bool one_direction(struct starts *s, const double *here, double *slope, d
     return true;
 }
 
-bool vary_start_slopes(struct vary_model *m, const struct variation_by *by, int directions, const struct vary_at *at, double *slope, double *off, struct sga_error *err)
+/* Derivatives by the conditions of the start, which starts nearby bear out. False: they are not told so, or (err) time or the store ends. */
+static bool solved(struct starts *s, const struct variation_by *by, int directions, const double *here, double *slope, double *off)
+{
+    struct request *r = &s->m->request;
+    const struct vary_at *at = s->at;
+    size_t n = (size_t)s->n, values = (size_t)r->swept_count;
+    struct sweep_case c;
+    SGA_ARENA(mem);
+    double *initial = sga_zeros(&mem, n + 1, sizeof *initial), *value = sga_zeros(&mem, values + 1, sizeof *value);
+    expr_id *guess = sga_zeros(&mem, n * (size_t)directions + 1, sizeof *guess);
+    int *symbol = sga_zeros(&mem, values + 1, sizeof *symbol);
+    for (size_t i = 0; i < values; i++)
+        symbol[i] = r->swept[i].symbol;
+    for (int d = 0; d < directions; d++)
+        vary_model_guess(s->m, at->rq, by[d].parameter, by[d].variable, guess + (size_t)d * n);
+    bool ok = sweep_case_of(&c, r, &r->system, s->m->solution, at->rq, at->parameter, s->err) && c.solved && asked_of(at, &c, s->n, initial)
+              && variation_constants(&r->store, at->parameter, (int)values, value);
+    c.request.initial = initial;
+    c.request.exact_initial = NULL;
+    ok = ok && variation_least(&(struct variation_start){ &r->system, s->m->solution, at->rq, by, directions, guess, symbol, value, (int)values, &c.system, &c.request, here }, slope, off, s->err);
+    sweep_case_clear(&c);
+    for (int d = 0; d < directions && ok; d++) {
+        s->by = by + d;
+        ok = value_of(s) && borne_out(s, here, slope + (size_t)d * n);
+    }
+    return ok;
+}
+
+bool vary_start_units(struct vary_model *m, const struct vary_at *at, double *unit, struct sga_error *err)
+{
+    struct request *r = &m->request;
+    struct sweep_case c;
+    SGA_ARENA(mem);
+    double *initial = sga_zeros(&mem, (size_t)r->system.variables + 1, sizeof *initial);
+    bool ok = sweep_case_of(&c, r, &r->system, m->solution, at->rq, at->parameter, err) && asked_of(at, &c, r->system.variables, initial);
+    c.request.initial = initial;
+    ok = ok && variation_units(&c.system, &c.request, at->x, unit);
+    sweep_case_clear(&c);
+    return ok;
+}
+
+bool vary_start_slopes(struct vary_model *m, const struct variation_by *by, int directions, const struct vary_at *at, double *slope, double *off, bool *exact, struct sga_error *err)
 {
     size_t n = (size_t)m->request.system.variables;
     struct starts s = { .m = m, .at = at, .n = (int)n, .err = err };
@@ -177,14 +258,20 @@ bool vary_start_slopes(struct vary_model *m, const struct variation_by *by, int 
     s.by = by;
     if (!value_of(&s) || !start_at(&s, 0, here))
         return err->code != SGA_E_OK ? false : sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "the start is not found for general values of the parameters");
+    double same = at->rq->arithmetic == TRAJ_BALL ? SAME_IN_BALLS : SAME;
     for (size_t j = 0; j < n; j++)
-        if (fabs(here[j] - at->x[j]) > SAME * (1 + fabs(here[j])))
+        if (fabs(here[j] - at->x[j]) > same * (1 + fabs(here[j])))
             return sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial", "the start that is found for general values of the parameters is another one: give initial values that satisfy the "
                                "constraints");
-    for (int d = 0; d < directions; d++) {
+    *exact = solved(&s, by, directions, here, slope, off);
+    if (err->code != SGA_E_OK)
+        return false;
+    for (int d = 0; d < directions && !*exact; d++) {
         s.by = by + d;
         if (!one_direction(&s, here, slope + (size_t)d * n, off + (size_t)d * n))
             return false;
     }
+    for (size_t i = 0; i < n * (size_t)directions; i++)       /* roundings of 0 would be taken for the sizes that derivatives have */
+        slope[i] = fabs(slope[i]) <= off[i] ? 0 : slope[i];
     return true;
 }
