@@ -47,6 +47,7 @@ class Theory:
         self.n = len(self.names) // 2
         self.parameters = {sympy.Symbol(k): sympy.Rational(str(v)) for k, v in self.system.get("parameters", {}).items()}
         self.x = [sympy.Symbol(n) for n in self.names]
+        self.tables = dict(self.table_rates())
         self.H = self.read(answer["hamiltonian"])
         self.primary = [self.read(e) for e in answer["primary"]]
         self.chi = self.primary + [self.read(e["expression"]) for e in answer["secondary"]]
@@ -54,8 +55,19 @@ class Theory:
         self.second = [self.read(e) for e in answer["second_class"]]
         self.compiled = {}
 
+    def table_rates(self):
+        """A table of four samples or fewer is one polynomial: it and its derivatives, by symbol."""
+        for name, table in self.system.get("tables", {}).items():
+            u = sympy.interpolate([(sympy.Rational(str(a)), sympy.Rational(str(b))) for a, b in zip(table["times"], table["values"])], T)
+            for order in range(10):
+                yield sympy.Symbol(name + order * "_rate_"), sympy.diff(u, T, order)
+
+    def given(self, text, names):
+        """Numbers for parameters, polynomials for tables."""
+        return parse(text, names).subs(self.parameters).subs(self.tables)
+
     def read(self, text):
-        return parse(text, self.names + self.a["multipliers"]["names"]).subs(self.parameters)
+        return self.given(text, self.names + self.a["multipliers"]["names"])
 
     def bracket(self, f, g):
         q, p = self.x[:self.n], self.x[self.n:]
@@ -103,14 +115,14 @@ def legendre(th):
     q = system["coordinates"]
     extra = [n for n in th.names[:th.n] if n not in q]
     rates = [sympy.Symbol(n + "_rate_") for n in q]
-    L = parse(system["lagrangian"], q).subs(th.parameters)
+    L = th.given(system["lagrangian"], q)
     for lam, g in zip(extra, system.get("holonomic", [])):
-        L += sympy.Symbol(lam) * parse(g, q)
+        L += sympy.Symbol(lam) * th.given(g, q)
     rng = random.Random(7)
     v = rates + [sympy.Symbol(n + "_rate_") for n in extra]
     momenta = [sympy.diff(L, s) for s in v]
     for s, name in zip(momenta, th.names[th.n:]):
-        if sympy.simplify(parse(a["legendre"]["momenta"][name], th.names).subs(th.parameters) - s) != 0:
+        if sympy.simplify(th.given(a["legendre"]["momenta"][name], th.names) - s) != 0:
             raise Wrong(f"{name} is not dL/dv")
     compared = 0
     for _ in range(40):

@@ -53,6 +53,22 @@ static bool check_wants(struct reader *rd, const json_t *trajectory, const json_
     return true;
 }
 
+/* omega(d/dq_i, d/dp_i) = 1 and nothing else: what leaving it out says. */
+static bool is_canonical(const struct expr_store *st, const struct form_matrix *omega)
+{
+    size_t said = 0;
+    for (size_t k = 0; k < omega->entries; k++) {
+        const struct form_entry *e = omega->entry + k;
+        bool above = e->col == e->row + omega->rows / 2, below = e->row == e->col + omega->rows / 2;
+        if (expr_is_zero(st, e->value))
+            continue;
+        if (!expr_is_const(st, e->value) || !(above || below) || !fmpz_is_one(fmpq_denref(expr_const_value(st, e->value))) || !fmpz_equal_si(fmpq_numref(expr_const_value(st, e->value)), above ? 1 : -1))
+            return false;
+        said++;
+    }
+    return said == (size_t)omega->rows;
+}
+
 /* Dirac's theory is one of Lagrangians, and of Hamiltonians with the canonical form. */
 static bool check_dirac(struct reader *rd)
 {
@@ -64,17 +80,13 @@ static bool check_dirac(struct reader *rd)
         at_member(rd, "want");
         return at_fail(rd, SGA_E_NOT_SUPPORTED, "\"dirac\" is for the forms \"lagrangian\" and \"hamiltonian\": equations of the form \"%s\" need not come from a Lagrangian", r->form);
     }
-    if (r->tables) {
-        at_member(rd, "want");
-        return at_fail(rd, SGA_E_NOT_SUPPORTED, "Dirac's classes are not worked out with tables in the system; put functions of time in their place");
-    }
     at_member(rd, "system");
     if (lagrangian && !r->lagrangian) {
         at_member(rd, "forces");
         return at_fail(rd, SGA_E_NOT_SUPPORTED, "forces beside the Lagrangian are not variational: there is no Hamiltonian for them; put what has a potential into the Lagrangian, "
                        "or leave out \"dirac\"");
     }
-    if (r->hamiltonian && r->hamiltonian->omega) {
+    if (r->hamiltonian && r->hamiltonian->omega && !is_canonical(&r->store, r->hamiltonian->omega)) {
         at_member(rd, "omega");
         return at_fail(rd, SGA_E_NOT_SUPPORTED, "Dirac's classes are worked out for the canonical form; leave out omega, and name the variables q1..qk, p1..pk");
     }
