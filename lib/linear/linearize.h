@@ -32,6 +32,7 @@ struct linear_request {
     const struct sga_solution *sol;
     struct points_oracle *oracle;
     const struct linear_input *input; int inputs;
+    const char *said_in;       /* the member of the request that names inputs, for refusals: "linearization.inputs" */
     const expr_id *output; int outputs;
     const struct sga_budget *budget;
 };

@@ -220,8 +220,15 @@ struct request_transfer {
     double *frequency; int frequencies;   /* >= 0, in radians per unit of time */
 };
 
+/* An output that is held at a value. */
+struct request_held {
+    int output;                                /* index into request.output */
+    expr_id exact;
+};
+
 struct request_equilibria {
     struct request_initial *hold; int holds;   /* in the order of the variables */
+    struct request_held *output; int outputs;  /* no output twice */
     int *free; int frees;                      /* variables: inputs that the search chooses */
     double *low, *high;                        /* by variable; infinite: no bound */
     int starts;

@@ -32,7 +32,7 @@ void ask_begin(struct ask_work *s, struct job *j, const struct request_ports *p,
 {
     const struct request *r = j->request;
     bool own = p->outputs > 0;
-    *s = (struct ask_work){ .j = j, .rq = { .sys = &r->system, .sol = j->solution, .oracle = j->oracle, .output = own ? p->output : r->output,
+    *s = (struct ask_work){ .j = j, .rq = { .sys = &r->system, .sol = j->solution, .oracle = j->oracle, .said_in = "linearization.inputs", .output = own ? p->output : r->output,
                                             .outputs = own ? p->outputs : r->outputs, .budget = j->budget } };
     set_inputs(s, p);
     s->ports = (struct linear_ports){ s->rq.input, s->rq.inputs, own ? p->output_text : r->output_name, s->rq.outputs };

@@ -210,7 +210,10 @@ static void point_to_transfer(struct sga_error *err)
     if (strncmp(err->pointer, from, strlen(from)) != 0)
         return;
     snprintf(rest, sizeof rest, "%s", err->pointer + strlen(from));
-    snprintf(err->pointer, sizeof err->pointer, "/transfer/%.200s", rest);
+    if (strcmp(rest, "at") == 0)         /* the start is where it is linearized */
+        snprintf(err->pointer, sizeof err->pointer, "/trajectory/initial");
+    else
+        snprintf(err->pointer, sizeof err->pointer, "/transfer/%.200s", rest);
 }
 
 bool answer_transfer(struct job *j)
@@ -220,6 +223,7 @@ bool answer_transfer(struct job *j)
     j->ask = j->ask ? j->ask : sga_zeros(&j->mem, 1, sizeof *j->ask);
     ask_begin(&s, j, &j->request->transfer.ports, &j->ask->transfer);
     s.take = take;
+    s.rq.said_in = "transfer.inputs";
     bool ok = run(&s);
     if (!ok)
         point_to_transfer(j->err);
