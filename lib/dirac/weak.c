@@ -71,6 +71,12 @@ static void subtract(const struct weak *w, expr_id *row, const expr_id *by, expr
             row[k] = weak_normal(w, expr_sub(w->st, row[k], expr_mul(w->st, factor, by[k])));
 }
 
+static void log_pivot(struct weak_pivots *p, expr_id e)
+{
+    SGA_RESERVE_IN(p->mem, p->e, p->cap, (size_t)p->count + 1);
+    p->e[p->count++] = e;
+}
+
 bool weak_eliminate(const struct weak *w, expr_id *m, int rows, int columns, int width, int *pivot_of)
 {
     assert(columns <= width);
@@ -86,6 +92,8 @@ bool weak_eliminate(const struct weak *w, expr_id *m, int rows, int columns, int
         if (p != rank)
             swap(pivot, m + (long)p * width, width);
         expr_id by = pivot[c];
+        if (w->pivots)
+            log_pivot(w->pivots, by);
         for (int k = 0; k < width; k++)
             pivot[k] = expr_is_zero(w->st, pivot[k]) ? pivot[k] : weak_normal(w, expr_div(w->st, pivot[k], by));
         for (int i = 0; i < rows; i++)

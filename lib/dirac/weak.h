@@ -4,17 +4,25 @@
 
 #include <stdbool.h>
 
+#include "arena.h"
 #include "expr.h"
 
 struct points_oracle;
 struct sga_budget;
 struct sga_error;
 
+/* What an elimination divided by, in the order of the pivots. */
+struct weak_pivots {
+    struct sga_arena *mem;
+    expr_id *e; int count; size_t cap;
+};
+
 struct weak {
     struct expr_store *st;
     struct points_oracle *oracle;     /* points of the set */
     const struct sga_budget *budget;
     struct sga_error *err;
+    struct weak_pivots *pivots;       /* appended to, or NULL */
 };
 
 /* 1 zero on the set, 0 not, -1 undecided: err is filled. */

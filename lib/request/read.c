@@ -30,16 +30,17 @@ static bool needs_value(struct reader *rd, const char *what)
 }
 
 /* What is wanted against what is given. */
-static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries, const json_t *fit)
+static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries, const json_t *fit, const json_t *linearization)
 {
     struct request *r = rd->r;
+    unsigned numbers = REQUEST_TRANSFER | REQUEST_EQUILIBRIA | (json_is_true(json_object_get(linearization, "symbolic")) ? 0 : REQUEST_LINEARIZATION);
     if (r->want & REQUEST_SYMMETRIES && !symmetries)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
                        "it says what to check and what to search");
     if (r->want & REQUEST_FIT && !fit)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"fit\" is wanted, but the member \"fit\" is missing; it says what is to be found, and from which data");
-    if (r->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && rd->symbolic[0])
-        return needs_value(rd, r->want & REQUEST_LINEARIZATION ? "a linearization" : r->want & REQUEST_TRANSFER ? "a transfer matrix" : "a search for equilibria");
+    if (r->want & numbers && rd->symbolic[0])
+        return needs_value(rd, r->want & numbers & REQUEST_LINEARIZATION ? "a linearization that is not symbolic" : r->want & REQUEST_TRANSFER ? "a transfer matrix" : "a search for equilibria");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (!needs)
         return true;
@@ -171,7 +172,7 @@ static bool read_parts(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_EQUILIBRIA;
     if (stands && rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
-    return part(rd, check_wants(rd, trajectory, symmetries, fit)) && (!stands || part(rd, check_dirac(rd)))
+    return part(rd, check_wants(rd, trajectory, symmetries, fit, linearization)) && (!stands || part(rd, check_dirac(rd)))
         && (!trajectory || !sets || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !sets || part(rd, read_sweep(rd, sweep)))
         && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
         && (!linearization || !stands || part(rd, read_linearization(rd, linearization)))

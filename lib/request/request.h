@@ -210,6 +210,7 @@ enum request_at { REQUEST_AT_START, REQUEST_AT_SAMPLES, REQUEST_AT_PLACES };
 
 struct request_linearization {
     bool has;
+    bool symbolic;                         /* about any point, as expressions */
     enum request_at at;
     struct request_place *place; int places;
     struct request_ports ports;

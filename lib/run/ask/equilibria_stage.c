@@ -9,7 +9,7 @@
 #include "points.h"
 #include "reduction.h"
 #include "request.h"
-#include "rest.h"
+#include "rest_search.h"
 #include "run_job.h"
 #include "stage_clock.h"
 #include "system.h"

@@ -2,6 +2,7 @@
 #include "ask.h"
 
 #include "ask_work.h"
+#include "linear_symbolic.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
@@ -25,6 +26,8 @@ static bool everywhere(struct ask_work *s)
 {
     const struct request_linearization *l = &s->j->request->linearization;
     bool ok = true;
+    if (l->symbolic)
+        return linear_symbolic(s);
     if (l->at == REQUEST_AT_SAMPLES)
         return ask_at_samples(s);
     if (l->at == REQUEST_AT_START)

@@ -1,5 +1,5 @@
 /* Whether all equilibria were found: by affine functions, or as many as algebra counts. */
-#include "rest.h"
+#include "rest_search.h"
 
 #include <assert.h>
 #include <math.h>

@@ -340,7 +340,7 @@ static bool in_phase_space(struct job *j, struct request *r, const struct sga_bu
     if (ok && inner.solution->verdict == SGA_INCONSISTENT)
         ok = sga_fail_at(j->err, SGA_E_NO_MOTION, "/want", "the constraints contradict each other: there is nothing to put into classes");
     if (ok) {
-        a.weak = (struct weak){ &r->store, inner.oracle, j->budget, j->err };
+        a.weak = (struct weak){ &r->store, inner.oracle, j->budget, j->err, NULL };
         take_constraints(&a);
         ok = dirac_classes_find(&a.classes, &a.system) && agree(&a) && dirac_generator_find(&a.generator, &a.system, &a.classes);
     }

@@ -251,7 +251,7 @@ static bool of_lagrangian(struct job *j, struct sga_buf *request, struct sga_buf
     open_tangent(&t, j);
     bool ok = points_of_space(&t, j, &oracle, &solution);
     if (ok) {
-        struct weak weak = { &t.st, &oracle, j->budget, j->err };
+        struct weak weak = { &t.st, &oracle, j->budget, j->err, NULL };
         struct legendre_request rq = { .lagrangian = t.lagrangian, .q = t.q, .v = t.v, .p = t.p, .root = t.root, .n = t.n, .weak = &weak, .mem = &t.mem };
         ok = legendre_map(&l, &rq);
     }

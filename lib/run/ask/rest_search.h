@@ -1,6 +1,6 @@
 /* Inside the ask folder: a search for equilibria on its way. */
-#ifndef SGA_RUN_REST_H
-#define SGA_RUN_REST_H
+#ifndef SGA_RUN_REST_SEARCH_H
+#define SGA_RUN_REST_SEARCH_H
 
 #include "ask_work.h"
 #include "equilibria.h"
