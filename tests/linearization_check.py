@@ -135,8 +135,20 @@ class Check:
                 for key in path.split("."):
                     at = at[key]
                 self.tally.check(at == value, f"{label}: {path}", f"is {at!r}, should be {value!r}")
+        if "along" in case["expect"]:
+            self.along(name, result["linearization"], case["expect"]["along"])
         if case["expect"].get("linear_motion"):
             self.motion(name, request, result["linearization"][0])
+
+    def along(self, name, items, expect):
+        """Closed forms, place by place: exact where a motion is, within its error where it was computed."""
+        self.tally.check(len(items) == len(expect), f"{name}: places", str(len(items)))
+        for k, (item, should) in enumerate(zip(items, expect)):
+            for path, matrix in should.items():
+                form, letter = path.split(".")
+                got = [float(Fraction(x)) if isinstance(x, str) else x for row in item[form][letter] for x in row]
+                values = [float(sympy.sympify(x, rational=True)) for row in matrix for x in row]
+                self.tally.check(len(got) == len(values) and close(got, values, 1e-9), f"{name} [{k}]: {path}", f"{got}, {values}")
 
     def built(self, k):
         """A descriptor system of known modes: P diag(I, N) Q x' = P diag(J, I) Q x + P [B1; B2] u with N B2 = 0, so that it is proper."""

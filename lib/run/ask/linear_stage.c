@@ -12,8 +12,8 @@ static bool take(struct ask_work *s, const struct linearization *l, bool anywher
 {
     struct job *j = s->j;
     struct linear_modes m = { .exact = false };
-    if (anywhere && !l->constant)
-        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/linearization", "the system is not linear with constant coefficients: say where it is to be "
+    if (anywhere && !l->everywhere)
+        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/linearization", "the system, or an output, is not linear with constant coefficients: say where it is to be "
                            "linearized, by \"trajectory\" with \"initial\", or by linearization.at");
     bool ok = linear_modes_find(&m, l, j->budget, j->err);
     if (ok)

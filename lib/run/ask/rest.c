@@ -33,7 +33,7 @@ static const char *known(const struct rest *r, const struct equilibria *e)
     for (int k = 0; k < r->base.states; k++)
         if (expr_is_const(st, r->base.rate[k]) && !expr_is_zero(st, r->base.rate[k]))
             return "a rate is a constant that is not 0: there are none";
-    if (r->base.constant && e->points == 1 && e->point[0].certified && !e->point[0].degenerate)
+    if (r->base.motion_constant && e->points == 1 && e->point[0].certified && !e->point[0].degenerate)
         return e->family ? "all functions are affine: the family is an affine space" : "all functions are affine, and their matrix is regular: there is one";
     return NULL;
 }

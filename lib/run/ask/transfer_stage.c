@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "ask_work.h"
+#include "reduction.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
@@ -166,8 +167,11 @@ static bool write_enclosed(struct ask_work *s, const struct linearization *l)
 static bool take(struct ask_work *s, const struct linearization *l, bool anywhere)
 {
     struct job *j = s->j;
-    if (anywhere)
-        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/transfer", "the system is not linear with constant rational coefficients: say by \"trajectory\" with "
+    if (!l->constant && j->solution->depends_on_time)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the coefficients move with time, so that there is no function of s: a linear system has its state form in form \"operator\", and any "
+                           "other one is linearized at an instant by want \"linearization\"");
+    if (anywhere && !l->constant)
+        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/transfer", "the system, or an output, is not linear with constant coefficients: say by \"trajectory\" with "
                            "\"initial\" at which equilibrium it is to be linearized");
     if (l->equilibrium != 1 && !l->constant)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/initial", "the start is not shown to be an equilibrium: the linearization there changes with time, "
