@@ -2,6 +2,8 @@
 #include "weak.h"
 
 #include <assert.h>
+#include <limits.h>
+#include <string.h>
 
 #include "budget.h"
 #include "error.h"
@@ -31,6 +33,20 @@ expr_id weak_normal(const struct weak *w, expr_id e)
     struct poly_limits limits = poly_limits_of(POLY_MODEST, w->budget);
     expr_id normal = e;
     return e && !expr_is_const(w->st, e) && poly_normal(w->st, e, &limits, &normal) ? normal : e;
+}
+
+expr_id weak_on_set(const struct weak *w, expr_id e, const expr_id *by, int count)
+{
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, w->budget);
+    expr_id out = e;
+    if (expr_is_const(w->st, e) || count == 0)
+        return e;
+    SGA_ARENA(mem);
+    expr_id *root = sga_take(&mem, ((size_t)count + 1) * sizeof *root);
+    memcpy(root, by, (size_t)count * sizeof *root);
+    root[count] = e;
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(w->st, root, count + 1, &limits);
+    return b && poly_bridge_on_set(b, e, by, count, LONG_MAX / 4, &out) ? weak_normal(w, out) : e;
 }
 
 /* The row below `from` whose entry serves best as a pivot: a constant first; -1: none, -2: undecided. */

@@ -30,6 +30,9 @@ int weak_zero(const struct weak *w, expr_id e);
 /* e in normal form where that is found. */
 expr_id weak_normal(const struct weak *w, expr_id e);
 
+/* Something shorter that is equal to e wherever the functions `by` vanish, or e. */
+expr_id weak_on_set(const struct weak *w, expr_id e, const expr_id *by, int count);
+
 /* Gauss and Jordan on the first `columns` of `width` columns, from left to right, in place: each pivot is 1 then and stands alone in its column. A column
  * is passed over where it depends on those to the left of it, on the set. pivot_of[column] is the row, or -1. What is decided to be zero is made
  * the constant 0. False: undecided, or out of budget. Cost: rows * columns * width operations. */
