@@ -152,7 +152,7 @@ class Replay:
         if not columns:
             return None
         found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
-        if found is None:        # an equation of the sum may be used once more
+        if found is None and os.environ.get("LAX"):
             others = others + self.own
             columns = [r[0] for r in others] + [e for e in extra]
             found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
