@@ -2,6 +2,7 @@
 #include "ask_work.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "integrate.h"
@@ -13,6 +14,7 @@
 #include "start_of.h"
 #include "system.h"
 #include "trajectory.h"
+#include "warnings.h"
 
 /* Inputs as they were named, or the variables that the form calls inputs. */
 static void set_inputs(struct ask_work *s, const struct request_ports *p)
@@ -87,8 +89,11 @@ static bool at_values(struct ask_work *s, double time, const struct request_init
     struct traj_initial start;
     expr_id *exact = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, sizeof *exact);
     give(s, initial, count, &r, exact);
-    if (!traj_consistent(&j->request->system, j->solution, &r, &start, j->err))
+    if (!traj_consistent(&j->request->system, j->solution, &r, &start, j->err)) {
+        if (!j->err->pointer[0])
+            snprintf(j->err->pointer, sizeof j->err->pointer, "%s", start_too ? "/trajectory/initial" : "/linearization/at");
         return false;
+    }
     struct linear_guess guess = { .x = start.x, .t = time, .exact = exact, .budget = j->budget };
     bool ok = at_point(s, &guess, anywhere);
     traj_initial_clear(&start);
@@ -133,6 +138,8 @@ bool ask_at_samples(struct ask_work *s)
     if (!answer_integrate(j, j->solution, &r, &rows, j->err))
         return false;
     bool ok = at_rows(s, &rows);
+    if (ok && rows.ended)
+        sga_warn(j->budget, SGA_W_LIST_CUT, "/linearization/at", "the motion ends at %.10g (%.200s): %d of %d samples come before it", rows.ended_t, rows.ended_detail, rows.rows, t->samples);
     traj_result_clear(&rows);
     return ok;
 }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "free_outputs.h"
 #include "mechanical_answer.h"
 #include "mem.h"
 #include "oracle.h"
@@ -208,6 +209,8 @@ void answer_warn(struct job *j)
     if (!j->place.depth)
         warn_count(j);
     struct job *motion = j->part ? j->part : j;
+    if (!j->place.depth)
+        answer_warn_free_outputs(motion);
     if (motion->initial)
         warn_moved(motion, motion->initial->x);
     if (motion->trajectory && motion->trajectory->initial)
