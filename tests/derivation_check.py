@@ -135,7 +135,7 @@ class Replay:
             sum_ = [x + f * y for x, y in zip(sum_, c)]
             rest += f * r
             size = max(size, abs(f) * s)
-        others, self.own = [], [self.affine(self.lines(self.steps[t["step"] - 1])[0], env) for t in terms if self.steps[t["step"] - 1]["kind"] in ("given", "solve", "differentiate")]
+        others = []
         for s in self.used(step):
             if s["n"] in [t["step"] for t in terms] or s["kind"] not in ("given", "solve", "differentiate"):
                 continue
@@ -152,10 +152,6 @@ class Replay:
         if not columns:
             return None
         found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
-        if found is None and os.environ.get("LAX"):
-            others = others + self.own
-            columns = [r[0] for r in others] + [e for e in extra]
-            found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
         if found is None:
             return None
         weights = found[0]
@@ -302,11 +298,22 @@ class Replay:
             if len(self.a.names) - linear.rank(rows, self.tiny) != len(self.a.free or []):
                 raise Wrong("there are as many free velocities as the rank leaves, and not as are said")
 
+    def is_number(self, node):
+        """Whether it has a value without that of any name."""
+        try:
+            self.value(node, {})
+        except KeyError:
+            return False
+        return True
+
     def pivot(self, step):
         for left, right, relation in self.lines(step):
             if relation != "!=":
                 raise Wrong("it does not say what is not zero")
             values = [abs(self.value(left, env) - self.value(right, env)) for env in self.sample(self.before(step["n"], 10 ** 6))]
+            if max(values) <= self.tiny and self.is_number(left) and self.is_number(right):
+                with mpmath.workdps(1000):       # a number may be as small as it likes
+                    values = [v * self.tiny / mpmath.mpf(10) ** -900 for v in [abs(self.value(left, {}) - self.value(right, {}))]]
             if max(values) <= self.tiny:
                 raise Wrong("it vanishes")
 
