@@ -59,8 +59,8 @@ struct equilibria_algebra {
     long on_part;                          /* of them those on the constraints: on the part of the set that was solved; -1: not known */
 };
 
-/* Source and cost: poly/real_zeros.h. equilibria_algebra_clear is due in every case. */
-void equilibria_by_algebra(struct equilibria_algebra *a, const struct linear_request *rq, const expr_id *held, int helds);
+/* parts: the constraints may have other parts, so that those on this one are counted too. Source and cost: poly/real_zeros.h. equilibria_algebra_clear is due in every case. */
+void equilibria_by_algebra(struct equilibria_algebra *a, const struct linear_request *rq, const expr_id *held, int helds, bool parts);
 void equilibria_algebra_clear(struct equilibria_algebra *a);
 
 #endif

@@ -77,7 +77,7 @@ static bool find_places(struct equilibria_algebra *a, const struct poly_real_zer
     return ok;
 }
 
-void equilibria_by_algebra(struct equilibria_algebra *a, const struct linear_request *rq, const expr_id *held, int helds)
+void equilibria_by_algebra(struct equilibria_algebra *a, const struct linear_request *rq, const expr_id *held, int helds, bool parts)
 {
     struct poly_real_zeros z;
     *a = (struct equilibria_algebra){ .on_part = -1 };
@@ -93,7 +93,7 @@ void equilibria_by_algebra(struct equilibria_algebra *a, const struct linear_req
         a->places = ok ? a->places : 0;
     }
     poly_real_zeros_clear(&z);
-    if (a->status != POLY_COUNTED)
+    if (a->status != POLY_COUNTED || !parts)
         return;
     if (count(&z, rq, held, helds, true) == POLY_COUNTED)
         a->on_part = z.real;

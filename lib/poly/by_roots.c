@@ -57,10 +57,11 @@ static void powers(const struct hermite *h, const fmpq_mat_t form, long d, fmpq_
 static void numerator(const struct hermite *h, const fmpq_mat_struct *v, const fmpq_mat_t powers, const fmpq_poly_t p, fmpq_poly_t out)
 {
     long d = fmpq_poly_degree(p);
-    SGA_ENDS(fmpq_mat_end) fmpq_mat_t row;
+    SGA_ENDS(fmpq_mat_end) fmpq_mat_t row, traces;
     SGA_ENDS(fmpq_poly_end) fmpq_poly_t horner = { { 0 } }, term = { { 0 } };
     SGA_ENDS(fmpq_end) fmpq_t a = { { 0, 1 } };
     fmpq_mat_init(row, 1, h->count);
+    fmpq_mat_init(traces, 1, d);
     fmpq_poly_init(horner);
     fmpq_poly_init(term);
     if (v)
@@ -68,15 +69,13 @@ static void numerator(const struct hermite *h, const fmpq_mat_struct *v, const f
     else
         fmpq_mat_set(row, h->trace);
     fmpq_poly_zero(out);
+    fmpq_mat_mul(traces, row, powers);
     for (long i = d - 1; i >= 0; i--) {           /* H_0 = 1 stands with the highest power */
-        SGA_ENDS(fmpq_end) fmpq_t trace = { { 0, 1 } };
-        for (int k = 0; k < h->count; k++)
-            fmpq_addmul(trace, fmpq_mat_entry(row, 0, k), fmpq_mat_entry(powers, k, i));
         fmpq_poly_shift_left(horner, horner, 1);
         fmpq_poly_get_coeff_fmpq(a, p, i + 1);
         fmpq_poly_set_fmpq(term, a);
         fmpq_poly_add(horner, horner, term);
-        fmpq_poly_scalar_mul_fmpq(term, horner, trace);
+        fmpq_poly_scalar_mul_fmpq(term, horner, fmpq_mat_entry(traces, 0, i));
         fmpq_poly_add(out, out, term);
     }
 }

@@ -9,6 +9,9 @@
 #include "flint_ends.h"
 #include "mpoly_take.h"
 
+/* A second or two. */
+static const double MOST_STEPS = 1e9;
+
 static bool standard(const struct poly_ideal *I, const ulong *exp, ulong *lead)
 {
     for (int k = 0; k < I->count; k++) {
@@ -136,18 +139,27 @@ static bool find_products(struct hermite *h)
 /* Entry (j, k): the trace of multiplication by the product of both monomials. */
 static void fill_form(const struct hermite *h, fmpz_mat_t form)
 {
-    SGA_ENDS(fmpq_mat_end) fmpq_mat_t values;
+    SGA_ENDS(fmpq_mat_end) fmpq_mat_t values, row;
     SGA_ENDS(fmpz_end) fmpz_t common = { 0 };
     fmpq_mat_init(values, h->count, h->count);
-    for (int j = 0; j < h->count; j++)
+    fmpq_mat_init(row, 1, h->count);
+    for (int j = 0; j < h->count; j++) {
+        fmpq_mat_mul(row, h->trace, h->product + j);
         for (int k = 0; k < h->count; k++)
-            for (int i = 0; i < h->count; i++)
-                fmpq_addmul(fmpq_mat_entry(values, j, k), fmpq_mat_entry(h->trace, 0, i), fmpq_mat_entry(h->product + j, i, k));
+            fmpq_swap(fmpq_mat_entry(values, j, k), fmpq_mat_entry(row, 0, k));
+    }
     fmpq_mat_get_fmpz_mat_matwise(form, common, values);
 }
 
+/* About how many steps a characteristic polynomial takes: so many primes, times the cube. */
+static bool is_within_reach(const struct hermite *h, const fmpz_mat_t m)
+{
+    double n = h->count, bits = (double)FLINT_ABS(fmpz_mat_max_bits(m));
+    return n * bits / 60 * n * n * n <= MOST_STEPS && sga_budget_ok(h->I->budget, NULL);
+}
+
 /* All eigenvalues are real: Descartes' rule of signs is exact for the characteristic polynomial. */
-long hermite_signature(const struct hermite *h, long *complex_zeros)
+bool hermite_signature(const struct hermite *h, long *real, long *complex_zeros)
 {
     SGA_ENDS(fmpz_poly_end) fmpz_poly_t p = { { 0 } };
     SGA_ENDS(fmpz_mat_end) fmpz_mat_t form;
@@ -155,6 +167,8 @@ long hermite_signature(const struct hermite *h, long *complex_zeros)
     long above = 0, below = 0;
     fmpz_mat_init(form, h->count, h->count);
     fill_form(h, form);
+    if (!is_within_reach(h, form))
+        return false;
     fmpz_mat_charpoly(p, form);
     for (slong k = 0; k <= fmpz_poly_degree(p); k++) {
         int sign = fmpz_sgn(p->coeffs + k), minus = k % 2 ? -sign : sign;
@@ -166,8 +180,9 @@ long hermite_signature(const struct hermite *h, long *complex_zeros)
         last_minus = minus;
     }
     *complex_zeros = above + below;
+    *real = above - below;
     assert(above >= below && *complex_zeros <= h->count);
-    return above - below;
+    return true;
 }
 
 bool hermite_find(struct hermite *h, const struct poly_ideal *I)

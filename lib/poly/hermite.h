@@ -25,8 +25,8 @@ bool hermite_finite(const struct poly_ideal *I);
 bool hermite_find(struct hermite *h, const struct poly_ideal *I);
 void hermite_clear(struct hermite *h);
 
-/* How many real zeros there are, each counted once; *complex: all. Cost: a characteristic polynomial. */
-long hermite_signature(const struct hermite *h, long *complex_zeros);
+/* How many real zeros there are, each counted once, and how many in all. False: the numbers are too long. Cost: a characteristic polynomial. */
+bool hermite_signature(const struct hermite *h, long *real, long *complex_zeros);
 
 struct poly_real_zeros;
 /* The zeros by the roots of one polynomial: fills all but out->real. Source: F. Rouillier, Solving zero-dimensional systems through the rational univariate

@@ -5,9 +5,12 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "budget.h"
 #include "hermite.h"
 #include "mpoly_take.h"
 
+/* Of processor time, for what is a proof beside a search. */
+static const double SECONDS = 3;
 /* Equations and variables that are looked at. */
 enum { MOST_SYMBOLS = 40, MOST_EQUATIONS = 120 };
 
@@ -59,12 +62,9 @@ static enum poly_count count(struct poly_ideal *I, struct poly_real_zeros *out)
         return POLY_COUNTED;
     if (!hermite_finite(I))
         return POLY_MANY;
-    bool ok = hermite_find(&h, I);
-    if (ok) {
-        out->real = hermite_signature(&h, &complex_zeros);
-        if (out->real)
-            hermite_by_roots(&h, complex_zeros, out);
-    }
+    bool ok = hermite_find(&h, I) && hermite_signature(&h, &out->real, &complex_zeros);
+    if (ok && out->real && sga_budget_ok(I->budget, NULL))
+        hermite_by_roots(&h, complex_zeros, out);
     hermite_clear(&h);
     return ok ? POLY_COUNTED : POLY_NOT_COUNTED;
 }
@@ -80,7 +80,15 @@ enum poly_count poly_real_zeros(struct expr_store *st, const expr_id *e, int n, 
 {
     struct poly_limits limits = poly_limits_of(POLY_AMPLE, budget);
     struct poly_ideal I;
+    struct sga_budget own = { 0 };
     SGA_ARENA(mem);
+    if (budget)
+        own = *budget;
+    own.warnings = NULL;
+    if (!(own.cpu_deadline > 0 && own.cpu_deadline < sga_cpu() + SECONDS))
+        own.cpu_deadline = sga_cpu() + SECONDS;
+    if (own.deadline > 0)                    /* and a third of the time that is left */
+        own.deadline = sga_now() + (own.deadline - sga_now()) / 3;
     *out = (struct poly_real_zeros){ .symbols = symbols };
     fmpz_poly_init(out->root);
     fmpz_poly_init(out->below);
@@ -92,7 +100,7 @@ enum poly_count poly_real_zeros(struct expr_store *st, const expr_id *e, int n, 
         return POLY_NOT_COUNTED;
     int *place = sga_take(&mem, ((size_t)b->gens + 1) * sizeof *place);
     enum poly_count status = POLY_MANY;
-    poly_ideal_init(&I, symbols, budget);
+    poly_ideal_init(&I, symbols, &own);
     if (variables_of(b, symbol, symbols, place)) {
         bool all = true;
         for (int k = 0; k < n; k++)

@@ -233,7 +233,7 @@ static bool find(struct rest *r)
     for (int k = 0; k < r->ask->holds; k++)
         r->near[r->ask->hold[k].variable] = r->ask->hold[k].value;
     struct equilibria_algebra a;
-    equilibria_by_algebra(&a, &r->s.rq, r->held_zero, r->helds);
+    equilibria_by_algebra(&a, &r->s.rq, r->held_zero, r->helds, rest_has_parts(r->j->solution));
     struct equilibria_request q = rest_request(r, &a);
     bool ok = equilibria_search(&e, &q, r->j->err) && write_all(r, &e, &a);
     equilibria_clear(&e);

@@ -18,8 +18,7 @@ bool rest_certified(const struct equilibrium *p, const struct linearization *l)
     return free && p->certified && l->place.basis != LINEAR_NUMERIC;
 }
 
-/* The constraints' zeros have other parts, or may have: the answer is that of one. */
-static bool has_parts(const struct sga_solution *s)
+bool rest_has_parts(const struct sga_solution *s)
 {
     return s->branches || s->elsewheres || s->specials || s->others || s->sides || s->sides_not_searched || s->not_factored;
 }
@@ -28,7 +27,7 @@ static bool has_parts(const struct sga_solution *s)
 static const char *known(const struct rest *r, const struct equilibria *e)
 {
     const struct expr_store *st = r->s.rq.sys->store;
-    if (has_parts(r->j->solution))
+    if (rest_has_parts(r->j->solution))
         return NULL;
     for (int k = 0; k < r->base.states; k++)
         if (expr_is_const(st, r->base.rate[k]) && !expr_is_zero(st, r->base.rate[k]))
@@ -133,7 +132,7 @@ static bool judge(struct rest *r, const struct equilibria *e, const struct equil
     const char *by = known(r, e);
     if (!by && !e->family && a->status == POLY_COUNTED)
         return counted(r, e, a, why);
-    sga_buf_puts(why, by ? by : e->family ? "one point of a family; there may be other families" : "a search from starts may miss some");
+    sga_buf_puts(why, by ? by : e->family ? "one point of a family; there may be other families" : a->status == POLY_NOT_COUNTED ? "a search from starts may miss some; to count all by algebra was too much" : "a search from starts may miss some");
     return by != NULL;
 }
 

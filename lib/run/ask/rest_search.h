@@ -6,6 +6,7 @@
 #include "equilibria.h"
 
 struct request_equilibria;
+struct sga_solution;
 
 struct rest {
     struct job *j;
@@ -20,6 +21,8 @@ struct rest {
 
 /* The coordinates that the rates were proved to vanish in are free at the point. */
 bool rest_certified(const struct equilibrium *p, const struct linearization *l);
+/* The constraints' zeros have other parts, or may have: the answer is that of one. */
+bool rest_has_parts(const struct sga_solution *s);
 /* The search that is asked for. */
 struct equilibria_request rest_request(const struct rest *r, const struct equilibria_algebra *a);
 /* Whether what was found is all, and why it is or may not be: the text is appended. Warns where nothing was found. */
