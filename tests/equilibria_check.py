@@ -212,6 +212,11 @@ class Check:
         e = self.solve("held output", {"system": system, "want": ["equilibria"], "equilibria": {"hold": {"y": "3"}, "free": "u"}})
         if e is not None:
             self.tally.check([p["values"] for p in e["points"]] == [{"a": 0.6, "b": 0, "u": 1.2}] and e["complete"], "held output", str(e["points"]))
+        servo = {"form": "control", "variables": ["x", "y", "z"], "inputs": ["u"], "F": ["y", "-x", "-3*z + x*u"], "G": [["0", "1", "0"]], "constraints": ["x - 1"]}
+        e = self.solve("servo constraint", {"system": servo, "want": ["equilibria"]})    # it determines the input: u = x = 1, and z = 1/3 is left to move
+        if e is not None:
+            self.tally.check(e["complete"] and len(e["points"]) == 1 and near(e["points"][0]["values"]["z"], 1 / 3) and e["points"][0]["values"]["u"] == 1
+                             and e["points"][0]["eigenvalues"] == [[-3, 0, 1]], "servo constraint", str(e["points"]))
 
     def none(self):
         """Nothing found: a warning with the place, and what to change."""

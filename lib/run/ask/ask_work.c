@@ -150,6 +150,26 @@ bool ask_at_start(struct ask_work *s)
     return at_values(s, t->start, t->initial, t->initials, !t->has, true);
 }
 
+bool ask_is_free(const struct job *j, int k)
+{
+    const struct sga_solution *sol = j->solution;
+    bool is = false;
+    for (int g = 0; g < sol->free_columns && sol->gauge; g++)
+        is |= !expr_is_zero(&j->request->store, sol->gauge[(size_t)g * (size_t)j->request->system.variables + (size_t)k]);
+    return is;
+}
+
+void ask_drop_determined(struct ask_work *s)
+{
+    struct linear_input *input = (struct linear_input *)s->rq.input;
+    int kept = 0;
+    for (int k = 0; k < s->rq.inputs; k++)
+        if (input[k].variable < 0 || ask_is_free(s->j, input[k].variable))
+            input[kept++] = input[k];
+    assert(kept <= s->rq.inputs);
+    s->rq.inputs = s->ports.inputs = kept;
+}
+
 bool ask_possible(struct job *j)
 {
     if (j->solution->verdict == SGA_INCONSISTENT)

@@ -30,7 +30,7 @@ static void set_inputs(struct rest *r)
     r->s.rq.input = sga_zeros(&r->s.mem, (size_t)sys->variables + 1, sizeof *r->s.rq.input);
     r->s.rq.inputs = 0;
     for (int k = 0; k < sys->variables; k++)
-        if (strcmp(sys->variable[k].role, "input") == 0)
+        if (strcmp(sys->variable[k].role, "input") == 0 && ask_is_free(r->j, k))
             add_input(r, k);
     for (int k = 0; k < r->ask->frees; k++)
         add_input(r, r->ask->free[k]);

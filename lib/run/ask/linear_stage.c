@@ -46,6 +46,8 @@ bool answer_linearization(struct job *j)
         return false;
     ask_begin(&s, j, &j->request->linearization.ports, &j->ask->linearization);
     s.take = take;
+    if (!j->request->linearization.ports.says_inputs)
+        ask_drop_determined(&s);
     sga_json_array(&s.json);
     bool ok = everywhere(&s);
     sga_json_end_array(&s.json);
