@@ -105,6 +105,23 @@ bool linear_gradients_constant(const struct linear_gradients *g, const expr_id *
     return only_affine(g, e, count);
 }
 
+bool linear_gradients_given(const struct linear_gradients *g, const struct linear_request *rq)
+{
+    const struct sys_system *sys = rq->sys;
+    SGA_ARENA(mem);
+    int count = 0;
+    expr_id *e = sga_take(&mem, ((size_t)sys->rows + (size_t)sys->restrictions + 1) * sizeof *e);
+    for (int i = 0; i < sys->rows; i++) {
+        e[count++] = sys->row[i].alpha;
+        for (int k = 0; k < sys->row[i].entries; k++)
+            if (!expr_is_const(sys->store, sys->row[i].entry[k].value))
+                return false;
+    }
+    for (int i = 0; i < sys->restrictions; i++)
+        e[count++] = sys->restriction[i];
+    return linear_gradients_constant(g, e, count, linear_gradients_of(g, &mem, e, count));
+}
+
 const char *linear_gradients_rate(const struct linear_request *rq, const expr_id *e, int count)
 {
     const struct expr_store *st = rq->sys->store;

@@ -378,24 +378,6 @@ static void keep_states(struct work *w)
     }
 }
 
-static bool given_constant(struct work *w)
-{
-    const struct linear_request *rq = w->rq;
-    const struct sys_system *sys = rq->sys;
-    SGA_ARENA(mem);
-    int count = 0;
-    expr_id *e = sga_take(&mem, ((size_t)sys->rows + (size_t)sys->restrictions + 1) * sizeof *e);
-    for (int i = 0; i < sys->rows; i++) {
-        e[count++] = sys->row[i].alpha;
-        for (int k = 0; k < sys->row[i].entries; k++)
-            if (!expr_is_const(sys->store, sys->row[i].entry[k].value))
-                return false;
-    }
-    for (int i = 0; i < sys->restrictions; i++)
-        e[count++] = sys->restriction[i];
-    return linear_gradients_constant(&w->g, e, count, linear_gradients_of(&w->g, &mem, e, count));
-}
-
 static void tell_constant(struct work *w)
 {
     struct linearization *l = w->l;
@@ -403,7 +385,7 @@ static void tell_constant(struct work *w)
     l->motion_constant = linear_gradients_constant(&w->g, w->constraint, rq->sol->constraints, w->dconstraint)
                          && linear_gradients_constant(&w->g, w->rate, w->c.states, w->drate);
     l->constant = l->motion_constant && linear_gradients_constant(&w->g, rq->output, rq->outputs, w->doutput);
-    l->everywhere = l->constant && given_constant(w);
+    l->everywhere = l->constant && linear_gradients_given(&w->g, rq);
 }
 
 static bool run(struct work *w, const struct linear_guess *guess)
