@@ -20,7 +20,7 @@ from table import tables_of
 KNOWN = set("verdict ambient generations final index differentiation seed gauge equilibrium variables on off field "
             "parameters near digits error trajectory trajectories strata solved unsolved assumed initial points identities structure primary closed "
             "redundant sides tradeoff consistent symmetries kronecker operator regular regularity motion kinds zeros warnings texts "
-            "linearization linear_motion transfer equilibria dirac".split())
+            "linearization linear_motion along transfer equilibria dirac".split())
 
 
 IDENTITIES = os.environ.get("SGA_TEST_IDENTITIES", "1") != "0"

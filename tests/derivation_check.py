@@ -53,7 +53,7 @@ class Replay:
         self.digits = answer.digits
         self.tiny = mpmath.mpf(10) ** (-self.digits // 2)
         self.named = answer.problem.named(answer.result.get("evidence", {}).get("pull_back"), self.graph)
-        self.points, self.counts = {}, {k: 0 for k in KINDS}
+        self.points, self.counts, self.skipped = {}, {k: 0 for k in KINDS}, {k: 0 for k in KINDS}
         for f in answer.free or []:
             self.graph.sym(f)
 
@@ -135,7 +135,7 @@ class Replay:
             sum_ = [x + f * y for x, y in zip(sum_, c)]
             rest += f * r
             size = max(size, abs(f) * s)
-        others, self.own = [], [self.affine(self.lines(self.steps[t["step"] - 1])[0], env) for t in terms if self.steps[t["step"] - 1]["kind"] in ("given", "solve", "differentiate")]
+        others = []
         for s in self.used(step):
             if s["n"] in [t["step"] for t in terms] or s["kind"] not in ("given", "solve", "differentiate"):
                 continue
@@ -152,10 +152,6 @@ class Replay:
         if not columns:
             return None
         found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
-        if found is None:        # an equation of the sum may be used once more
-            others = others + self.own
-            columns = [r[0] for r in others] + [e for e in extra]
-            found = linear.solve([[c[j] for c in columns] for j in range(len(sum_))], sum_, self.tiny)
         if found is None:
             return None
         weights = found[0]
@@ -212,11 +208,18 @@ class Replay:
 
     redundant = insert
 
+    def zero_side(self, step):
+        """The function that a step says is 0."""
+        (xi, right, relation), = self.lines(step)
+        if relation != "=" or self.value(right, {}) != 0:
+            raise Wrong("its right side is not 0")
+        return xi
+
     def constraint(self, step):
         before, after = step["dimension"]
         if before - after != 1:
             raise Wrong("the dimension does not fall by one")
-        xi = self.lines(step)[0][0]
+        xi = self.zero_side(step)
         if "combination" in step:
             self.at_sum(step)
         else:
@@ -247,7 +250,7 @@ class Replay:
     def branch(self, step):
         if not step["uses"]:
             return           # special points: the constraints that it makes are looked at
-        self.vanishes(step, self.lines(step)[0][0])
+        self.vanishes(step, self.zero_side(step))
 
     def independent(self, step):
         nodes = [self.lines(s)[0][0] for s in self.steps if s["kind"] == "constraint"]
@@ -295,11 +298,22 @@ class Replay:
             if len(self.a.names) - linear.rank(rows, self.tiny) != len(self.a.free or []):
                 raise Wrong("there are as many free velocities as the rank leaves, and not as are said")
 
+    def is_number(self, node):
+        """Whether it has a value without that of any name."""
+        try:
+            self.value(node, {})
+        except KeyError:
+            return False
+        return True
+
     def pivot(self, step):
         for left, right, relation in self.lines(step):
             if relation != "!=":
                 raise Wrong("it does not say what is not zero")
             values = [abs(self.value(left, env) - self.value(right, env)) for env in self.sample(self.before(step["n"], 10 ** 6))]
+            if max(values) <= self.tiny and self.is_number(left) and self.is_number(right):
+                with mpmath.workdps(1000):       # a number may be as small as it likes
+                    values = [v * self.tiny / mpmath.mpf(10) ** -900 for v in [abs(self.value(left, {}) - self.value(right, {}))]]
             if max(values) <= self.tiny:
                 raise Wrong("it vanishes")
 
@@ -344,7 +358,7 @@ class Replay:
                     getattr(self, s["kind"])(s)
                     self.counts[s["kind"]] += 1
                 except (Skipped, Undefined):
-                    continue
+                    self.skipped[s["kind"]] += 1
                 except Wrong as e:
                     wrong.append(f"({s['n']}) {s['kind']}: {e}")
         return wrong
@@ -364,6 +378,15 @@ def spoilt(steps):
                     lines[fixed[-1]] += " + 3/7"
                     t[s["n"] - 1]["gives"] = "; ".join(lines)
                     yield kind, "another equation", t
+            others = [k["n"] for k in steps[:s["n"] - 1] if k["kind"] == ("constraint" if kind == "differentiate" else "insert") and k["n"] not in s["uses"] and k["gives"]]
+            if kind in ("differentiate", "constraint") and len(s["uses"]) == 1 and others and s["gives"] and steps[s["uses"][0] - 1]["kind"] in ("constraint", "insert"):
+                t = copy.deepcopy(steps)
+                t[s["n"] - 1]["uses"] = [others[-1]]
+                yield kind, "from another step", t
+            if "combination" in s and s["gives"] and kind in ("insert", "constraint") and s["combination"][-1]["factor"] and steps[s["combination"][-1]["step"] - 1]["kind"] != "constraint":
+                t = copy.deepcopy(steps)
+                t[s["n"] - 1]["combination"][-1]["factor"] = f"({s['combination'][-1]['factor']}) - 3/5"
+                yield kind, "another multiple", t
             if kind == "pivot" and s["gives"]:
                 t = copy.deepcopy(steps)
                 t[s["n"] - 1]["gives"] = "0 != 0"
@@ -390,7 +413,7 @@ def spoilt(steps):
 class Check:
     def __init__(self, solver, tally):
         self.solver, self.tally = solver, tally
-        self.counts, self.seen = {k: 0 for k in KINDS}, {k: 0 for k in KINDS}
+        self.counts, self.seen, self.skipped, self.blind = ({k: 0 for k in KINDS} for _ in range(4))
         self.told = 0
 
     def run(self, case):
@@ -415,11 +438,13 @@ class Check:
         wrong = replay.check()
         if wrong and (not expect.get("identities", True) or " on the part of " in steps[-1]["text"] or " on the side of " in steps[-1]["text"]
                       or any("point" in s for s in result.get("strata", []))):
-            return               # the answer is that of a part of the set, and points are looked for on all of it
+            print(f"not judged: {name}: the answer is that of a part of the set, and points are looked for on all of it: {wrong[0]}", flush=True)
+            return
         self.tally.check(not wrong, name, "; ".join(wrong[:3]))
         self.told += len(steps)
         for k in KINDS:
             self.counts[k] += replay.counts[k]
+            self.skipped[k] += replay.skipped[k]
         if wrong or len(steps) > 60:
             return
         for kind, what, bad in spoilt(steps):
@@ -431,6 +456,8 @@ class Check:
             if found or again.counts[kind] == replay.counts[kind]:     # otherwise it could not be looked at
                 self.tally.check(bool(found), f"{name}: a spoilt step of the kind {kind}", f"{what} is not seen")
                 self.seen[kind] += 1
+            else:
+                self.blind[kind] += 1
 
 
 def share(listed, taken, out, counts):
@@ -446,8 +473,8 @@ def share(listed, taken, out, counts):
             tally.check(False, case["name"], f"checker: {type(e).__name__}: {e}")
     for i, k in enumerate(KINDS):
         with counts.get_lock():
-            counts[i] += check.counts[k]
-            counts[len(KINDS) + i] += check.seen[k]
+            for part, told in enumerate((check.counts, check.seen, check.skipped, check.blind)):
+                counts[part * len(KINDS) + i] += told[k]
     print(tally.passed, tally.failed, flush=True)
 
 
@@ -457,7 +484,7 @@ def main():
     every = 1 if sys.argv[2:] else int(os.environ.get("SGA_TEST_EVERY", "12"))
     listed = listed[int(os.environ.get("SGA_TEST_SEED", "7")) % every::every]
     listed.sort(key=lambda case: len(json.dumps(case)), reverse=True)
-    taken, counts = multiprocessing.Value("i", 0), multiprocessing.Array("i", 2 * len(KINDS))
+    taken, counts = multiprocessing.Value("i", 0), multiprocessing.Array("i", 4 * len(KINDS))
     workers = 2
     with contextlib.ExitStack() as stack:
         out = [stack.enter_context(tempfile.TemporaryFile("w+", encoding="utf-8")) for _ in range(workers)]
@@ -473,7 +500,8 @@ def main():
                 passed, failed = map(int, last.split())
                 tally.passed += passed
                 tally.failed += failed
-    print("steps looked at:", ", ".join(f"{k} {counts[i]}" for i, k in enumerate(KINDS)))
+    for part, what in enumerate(("steps looked at", "spoilt steps seen", "steps that could not be looked at (no text, no points, too many variables)", "spoilt steps that could not be looked at")):
+        print(f"{what}:", ", ".join(f"{k} {counts[part * len(KINDS) + i]}" for i, k in enumerate(KINDS)))
     if not sys.argv[2:]:
         for i, k in enumerate(KINDS):
             tally.check(counts[i] > 0 and counts[len(KINDS) + i] > 0, f"steps of the kind {k}", f"{counts[i]} looked at, {counts[len(KINDS) + i]} spoilt")

@@ -4,6 +4,9 @@
   systems SymPy's real solutions of these equations are the same points, each once;
 - eigenvalues against the finite roots of det(s E - A) of the given equations, which are linearized by SymPy at the closed form;
 - polynomial systems that were built from chosen equilibria, on a sphere with a multiplier and without;
+- random polynomial systems, with algebraic variables and on a circle: as many points as SymPy's real roots of a separating form, called complete,
+  with bounds too; where an equation is a product nothing is called complete that lies on one part alone;
+- points where abs has its kink; outputs that are held; searches without an end: warnings with their place;
 - requests that are refused, with code and place.
 """
 import functools
@@ -85,13 +88,14 @@ class Check:
                 found.remove(best)
 
     def solutions(self, label, points, request, held):
-        """Of polynomials alone, and without bounds."""
+        """Of polynomials alone, and without bounds: as many as SymPy counts."""
         f, names, rates = given(request)
-        f = list(f.subs({r: 0 for r in rates})) + [sympy.Symbol(k) - sympy.Rational(str(v)) for k, v in held.items()]
-        if not all(g.is_polynomial(*names) for g in f):
+        f = [g for g in f.subs({r: 0 for r in rates}) if g != 0] + [sympy.Symbol(k) - sympy.Rational(str(v)) for k, v in held.items()]
+        if not all(g.is_polynomial(*names) for g in f) or request.get("equilibria", {}).get("bounds"):
             return
-        real = [[s[n] for n in names] for s in sympy.solve(f, names, dict=True) if all(s[n].is_real for n in names)]
-        self.match(f"{label}: all solutions", points, real)
+        should = self.real_zeros(f, names)
+        if should is not None:
+            self.tally.check(len(points) == should, f"{label}: all solutions", f"{len(points)}, {should}")
 
     def case(self, case):
         name, request, expect = case["name"], case["request"], case["expect"]["equilibria"]
@@ -112,7 +116,8 @@ class Check:
         held = {"u": 0} if "u" in [v for v in request["system"]["variables"] + request["system"].get("inputs", [])] else {}
         points = [[sympy.sympify(v, rational=True) for v in x] for x in expect["points"]]
         order = self.match(name, e["points"], points)
-        self.solutions(name, e["points"], request, hold)
+        if e["complete"]:
+            self.solutions(name, e["points"], request, hold)
         for p, x, stable in zip(order or [], points, expect["stable"]):
             self.tally.check(p["stable"] is stable, f"{name}: {x} stable", str(p))
             self.spectrum(f"{name} at {x}", p, request, x, held)
@@ -131,6 +136,95 @@ class Check:
             self.spectrum(f"built {k} at {x}", p, request, x, {})
             rates = [sympy.prod([v - r for r in z if r != v]) * s for v, z, s in zip((x[0], x[2] - a * x[0]), zeros, slope)]
             self.tally.check(p["certified"] and p["stable"] is (max(rates) < 0), f"built {k} at {x}: stable", f"{p}, {rates}")
+        self.tally.check(e is None or e["complete"], f"built {k}: complete", str(e and e["reason"]))
+
+    def real_zeros(self, f, z):
+        """How many real common zeros, by SymPy: None where they are no finite set, or no form that is tried tells them from each other."""
+        basis = sympy.groebner(f, *z, order="grevlex")
+        if basis.exprs == [1]:
+            return 0
+        if not basis.is_zero_dimensional:
+            return None
+        c = sympy.Symbol("c_")
+        lex = sympy.groebner(list(f) + [c - sum(w * x for w, x in zip((3, 7, 13, 29, 53, 97), z))], *z, c, order="grevlex").fglm("lex")
+        if any(sympy.Poly(g, *z).total_degree() != 1 or g.free_symbols & set(z) == set() for g in lex.exprs[:-1]) or len(lex.exprs) != len(z) + 1:
+            return None
+        return sympy.Poly(lex.exprs[-1], c).sqf_part().count_roots()
+
+    def drawn(self, k):
+        """A random polynomial system: the points are as many as SymPy counts, and called complete; bounds leave those within."""
+        def text(e):
+            return str(e).replace("**", "^")
+
+        def polynomial(variables, degree, terms):
+            return sum((random.randint(-3, 3) * sympy.prod([random.choice(variables) for _ in range(random.randint(0, degree))]) for _ in range(terms)), sympy.Integer(0))
+        if k % 3:
+            z = list(sympy.symbols(f"x1:{random.randint(1, 3) + 1}"))
+            f = [polynomial(z, 3 if len(z) < 3 else 2, random.randint(2, 4)) for _ in z]
+            g, at = polynomial(z, 2, 2), random.randrange(len(z))
+            equations = [f"{x}' = {text(e)}" + (f" + y - ({text(g)})" if i == at else "") for i, (x, e) in enumerate(zip(z, f))] + [f"y = {text(g)}"]
+            names = [str(x) for x in z] + ["y"]
+        else:
+            x, y, lam = z = list(sympy.symbols("x y lam"))
+            force = [polynomial([x, y], 2, 3) for _ in "xy"]
+            f = [force[0] + x * lam, force[1] + y * lam, x ** 2 + y ** 2 - 1]
+            equations = ["x' = vx", "y' = vy", f"vx' = {text(force[0])} - vx + x*lam", f"vy' = {text(force[1])} - vy + y*lam", "x^2 + y^2 = 1"]
+            names = ["x", "y", "vx", "vy", "lam"]
+        if any(e == 0 for e in f):
+            return
+        should = self.real_zeros(f, z)
+        request = {"system": {"form": "equations", "variables": names, "equations": equations}, "want": ["equilibria"]}
+        e = self.solve(f"drawn {k}", request)
+        if e is None or should is None:
+            return
+        self.tally.check(len(e["points"]) == should and e["complete"], f"drawn {k}: all of them", f"{equations}: {len(e['points'])} of {should}; {e['reason']}")
+        if e["points"]:
+            low = sorted(p["values"][names[0]] for p in e["points"])[len(e["points"]) // 2] - 1e-3
+            some = self.solve(f"drawn {k} within", {**request, "equilibria": {"bounds": {names[0]: [low, None]}, "starts": 5}})
+            within = [p for p in e["points"] if p["values"][names[0]] >= low]
+            if some is not None:
+                self.tally.check(len(some["points"]) == len(within) and some["complete"], f"drawn {k}: within bounds", f"{equations}: {len(some['points'])} of {len(within)}; {some['reason']}")
+
+    def parts(self):
+        """An equation that is a product: its other factor's points are no reason to call these complete."""
+        for label, variables, equations, on in [("two values", ["x", "y"], ["x = 1", "y^2 = x"], 1), ("two branches", ["x", "y"], ["x' = y - x", "0 = x*(1 - x)"], 1),
+                                                ("one of them without", ["x", "y"], ["x' = y - x", "0 = x*(1 + x^2)"], 1)]:
+            e = self.solve(label, {"system": {"form": "equations", "variables": variables, "equations": equations}, "want": ["equilibria"]})
+            if e is not None:
+                complete = label == "one of them without"
+                self.tally.check(len(e["points"]) == on and e["complete"] is complete and (complete or "other parts" in e["reason"]), f"parts: {label}", str(e))
+
+    def kinks(self):
+        """Quadratic drag is at rest where abs has its kink: there is a point, exact, and no spectrum."""
+        for equations, point in ((["x' = v", "v' = -abs(v)*v - x + 1"], {"x": 1, "v": 0}), (["x' = v", "v' = min(0, 2 - x) - v"], None), (["x' = v - x", "v' = abs(v - 2)"], {"x": 2, "v": 2})):
+            e = self.solve(f"kink {equations}", {"system": {"form": "equations", "variables": ["x", "v"], "equations": equations}, "want": ["equilibria"]})
+            if e is None:
+                continue
+            for p in e["points"]:
+                self.tally.check(p["certified"] or p["isolated"] is None, f"kink {equations}: certified", str(p))
+            if point:
+                self.tally.check(len(e["points"]) == 1 and e["points"][0]["values"] == point and e["points"][0]["certified"] and e["points"][0]["eigenvalues"] is None
+                                 and e["points"][0]["evidence"]["point"] == "exact" and not e["complete"], f"kink {equations}", str(e["points"]))
+
+    def outputs(self):
+        """Outputs of a descriptor system are held while inputs are free: y = x1 + 2 u = 3 with x1 = u/2."""
+        system = {"form": "descriptor", "states": ["a", "b"], "inputs": ["u"], "outputs": ["y"], "A": [[0, 1], [-2, -3]], "B": [[0], [1]], "C": [[1, 0]], "D": [[2]]}
+        e = self.solve("held output", {"system": system, "want": ["equilibria"], "equilibria": {"hold": {"y": "3"}, "free": "u"}})
+        if e is not None:
+            self.tally.check([p["values"] for p in e["points"]] == [{"a": 0.6, "b": 0, "u": 1.2}] and e["complete"], "held output", str(e["points"]))
+        servo = {"form": "control", "variables": ["x", "y", "z"], "inputs": ["u"], "F": ["y", "-x", "-3*z + x*u"], "G": [["0", "1", "0"]], "constraints": ["x - 1"]}
+        e = self.solve("servo constraint", {"system": servo, "want": ["equilibria"]})    # it determines the input: u = x = 1, and z = 1/3 is left to move
+        if e is not None:
+            self.tally.check(e["complete"] and len(e["points"]) == 1 and near(e["points"][0]["values"]["z"], 1 / 3) and e["points"][0]["values"]["u"] == 1
+                             and e["points"][0]["eigenvalues"] == [[-3, 0, 1]], "servo constraint", str(e["points"]))
+
+    def none(self):
+        """Nothing found: a warning with the place, and what to change."""
+        for equations, ask, place, said in [(["x' = x^2 + 1"], {}, "/equilibria", "there is no equilibrium"), (["x' = exp(x)"], {}, "/equilibria", "no equilibrium was proved"),
+                                            (["x' = x^2 - 4"], {"bounds": {"x": [5, None]}}, "/equilibria/bounds", "within the bounds")]:
+            result, problem = self.solver.solve({"system": {"form": "equations", "variables": ["x"], "equations": equations}, "want": ["equilibria"], "equilibria": ask})
+            told = [w for w in result["warnings"] if w["code"] == "no_equilibrium"] if result else []
+            self.tally.check(len(told) == 1 and told[0]["pointer"] == place and said in told[0]["detail"], f"none: {equations}", str(problem or result["warnings"]))
 
     def refused(self):
         free = {"form": "equations", "variables": ["x", "v", "u"], "equations": ["x' = v", "v' = u - x"]}
@@ -158,9 +252,18 @@ class Check:
         random.seed(seed(23))
         with open(os.path.join(ROOT, "tests", "cases", "equilibria.json"), encoding="utf-8") as f:
             for case in json.load(f):
-                self.case(case)
+                if not sys.argv[2:] or any(p in case["name"] for p in sys.argv[2:]):
+                    self.case(case)
+        if sys.argv[2:]:
+            return self.tally.end()
         for k in range(scaled(20)):
             self.built(k)
+        for k in range(scaled(40)):
+            self.drawn(k)
+        self.parts()
+        self.kinks()
+        self.outputs()
+        self.none()
         self.refused()
         return self.tally.end()
 

@@ -6,6 +6,8 @@
 - random descriptor systems that were built from their modes: eigenvalues, what inputs reach and outputs show, and transfer matrices in
   rational arithmetic;
 - computed motions beside an equilibrium against exp(A t);
+- symbolic linearizations, at random places: the given equations' matrices against the numeric linearization there, the state form's against difference
+  quotients of the reduced field in its own coordinates;
 Refusals are cases as others are.
 """
 import json
@@ -133,8 +135,20 @@ class Check:
                 for key in path.split("."):
                     at = at[key]
                 self.tally.check(at == value, f"{label}: {path}", f"is {at!r}, should be {value!r}")
+        if "along" in case["expect"]:
+            self.along(name, result["linearization"], case["expect"]["along"])
         if case["expect"].get("linear_motion"):
             self.motion(name, request, result["linearization"][0])
+
+    def along(self, name, items, expect):
+        """Closed forms, place by place: exact where a motion is, within its error where it was computed."""
+        self.tally.check(len(items) == len(expect), f"{name}: places", str(len(items)))
+        for k, (item, should) in enumerate(zip(items, expect)):
+            for path, matrix in should.items():
+                form, letter = path.split(".")
+                got = [float(Fraction(x)) if isinstance(x, str) else x for row in item[form][letter] for x in row]
+                values = [float(sympy.sympify(x, rational=True)) for row in matrix for x in row]
+                self.tally.check(len(got) == len(values) and close(got, values, 1e-9), f"{name} [{k}]: {path}", f"{got}, {values}")
 
     def built(self, k):
         """A descriptor system of known modes: P diag(I, N) Q x' = P diag(J, I) Q x + P [B1; B2] u with N B2 = 0, so that it is proper."""
@@ -194,6 +208,59 @@ class Check:
             moved = (result["trajectory"]["rows"][-1][k + 1] - item["point"][z]) / d
             self.tally.check(abs(moved - column[k]) < 1e-3, f"{name}: exp(A t) for {z}", f"{moved}, {column[k]}")
 
+    def at_place(self, M, env):
+        """Expressions of an answer as numbers."""
+        def value(text):
+            plain = text.replace("'", "_rate_").replace("^", "**")
+            return float(sympy.sympify(plain, locals={k.replace("'", "_rate_"): sympy.Symbol(k.replace("'", "_rate_")) for k in env}).subs({k.replace("'", "_rate_"): v for k, v in env.items()}))
+        return [[value(x) for x in row] for row in M]
+
+    def symbolic(self, label, system, ask, values, near):
+        request = {"system": {**system, "parameters": {k: None for k in values}}, "want": ["linearization"], "linearization": {**ask, "symbolic": True}}
+        result = self.solve(f"{label}: symbolic", request)
+        if result is None:
+            return
+        (item,) = result["linearization"]
+        numeric = {"system": {**system, "parameters": values}, "want": ["linearization"], "linearization": {k: v for k, v in ask.items() if k != "symbolic"},
+                   "trajectory": {"start": 0.3, "initial": {k: v + random.uniform(-0.2, 0.2) for k, v in near.items()}}}
+        result = self.solve(f"{label}: numeric", numeric)
+        if result is None:
+            return
+        (place,) = result["linearization"]
+        env = {**{k: float(Fraction(v)) for k, v in values.items()}, **place["point"], "t": place["t"]}
+        for member in ("state", "descriptor"):
+            item[member].update({k: self.at_place(item[member][k], env) for k in "EFABCD" if k in item[member]})
+        for k in "EFABCD":
+            if k in place["descriptor"]:
+                same = [float(Fraction(x)) if isinstance(x, str) else x for row in place["descriptor"][k] for x in row]
+                self.tally.check(close([x for row in item["descriptor"][k] for x in row], same, 1e-9), f"{label}: descriptor {k}", f"{item['descriptor'][k]}, {same}")
+        item.update(point=place["point"], t=place["t"])
+        self.quotients(label, numeric, item)
+        if item["state"]["names"] == place["state"]["names"]:
+            for k in "ABCD":
+                same = [float(Fraction(x)) if isinstance(x, str) else x for row in place["state"][k] for x in row]
+                self.tally.check(close([x for row in item["state"][k] for x in row], same, 1e-9), f"{label}: state {k}", f"{item['state'][k]}, {same}")
+
+    def symbolics(self):
+        pendulum = {"form": "equations", "variables": ["x", "y", "lam", "u"], "equations": ["x'' = -lam*x + u*y", "y'' = -lam*y - g", "x^2 + y^2 = L^2"]}
+        self.symbolic("pendulum", pendulum, {"inputs": ["u"], "outputs": ["lam", "x*u"]}, {"g": "9.81", "L": "3/2"}, {"x": 0.9, "y": -1.2, "x'": 0.4, "u": 0.3})
+        loop = {"form": "equations", "variables": ["a", "b", "w", "u", "v"], "equations": ["a' = -k*a^2 + u*b", "b' = sin(a) - b + v", "w^3 + w = a*b + c*t*u"]}
+        self.symbolic("algebraic", loop, {"inputs": ["u", "v"], "outputs": ["w", "a*w + u"]}, {"k": "2", "c": "1/3"}, {"a": 0.5, "b": -0.4, "u": 0.2, "v": 1.1})
+        scaled_rates = {"form": "equations", "variables": ["p", "q", "u"], "equations": ["(1 + p^2)*p' + q*q' = u - m*p", "q' - p*p' = p*q"]}
+        self.symbolic("coefficients", scaled_rates, {"inputs": ["u"], "outputs": ["p*q"]}, {"m": "3"}, {"p": 0.6, "q": 0.3, "u": -0.7})
+        self.symbolic("control", {"form": "control", "variables": ["x", "y"], "inputs": ["u"], "F": ["y^2", "-k*x"], "G": [["0", "1 + x^2"]], "constraints": []}, {"outputs": ["x*y"]}, {"k": "1/2"},
+                      {"x": 0.4, "y": 0.7, "u": 0.1})
+        self.symbolic("rod", {"form": "lagrangian", "coordinates": ["x", "y"], "lagrangian": "m*(x'^2 + y'^2)/2 - m*g*y", "holonomic": ["x^2 + 2*y^2 - 1"]}, {"outputs": ["lambda1"]},
+                      {"m": "2", "g": "3"}, {"x": 0.5, "y": -0.6, "x'": 0.2})
+        for label, system, ask, code, place in [
+                ("freedom", {"form": "equations", "variables": ["x", "u"], "equations": ["x' = u"]}, {}, "inputs_mismatch", "/linearization/inputs"),
+                ("determined", {"form": "equations", "variables": ["x", "u"], "equations": ["x' = u", "u = x"]}, {"inputs": ["u"]}, "inputs_mismatch", "/linearization/inputs"),
+                ("differentiated", {"form": "equations", "variables": ["x", "z", "u"], "equations": ["z' = x", "x = u^2"]}, {"inputs": ["u"], "outputs": ["x'"]}, "derivative_not_allowed", "/linearization/outputs/0"),
+                ("a place", {"form": "equations", "variables": ["x"], "equations": ["x' = -x"]}, {"at": "start"}, "invalid_request", "/linearization/at"),
+                ("no truth", {"form": "equations", "variables": ["x"], "equations": ["x' = -x"]}, {"symbolic": 1}, "invalid_request", "/linearization/symbolic")]:
+            result, problem = self.solver.solve({"system": system, "want": ["linearization"], "linearization": {"symbolic": True, **ask}})
+            self.tally.check(result is None and problem["code"] == code and problem["pointer"] == place, f"symbolic, refused: {label}", str(problem or result))
+
     def run(self):
         random.seed(seed(18))
         with open(os.path.join(ROOT, "tests", "cases", "linearization.json"), encoding="utf-8") as f:
@@ -203,6 +270,7 @@ class Check:
                 self.case(case)
         for k in range(scaled(25)):
             self.built(k)
+        self.symbolics()
         return self.tally.end()
 
 

@@ -136,7 +136,7 @@ class Check:
             for key in path.split("."):
                 here = here[int(key) if key.isdigit() else key]
             self.tally.check(here == value, f"{label}: {path}", f"is {here!r}, should be {value!r}")
-        if request["system"]["form"] == "descriptor" and "parameters" not in request["system"] and "inputs" not in request.get("transfer", {}) \
+        if t["matrix"] is not None and request["system"]["form"] == "descriptor" and "parameters" not in request["system"] and "inputs" not in request.get("transfer", {}) \
                 and "outputs" not in request.get("transfer", {}):
             forms = given(request["system"])
             if t["matrix"] is not None:

@@ -54,6 +54,7 @@ struct dirac_generator {
     unsigned char *idle; int idles;   /* by first-class combination: it generates nothing (Dirac's conjecture does not hold) */
     const char *why_not;          /* there is none; static text; then no terms */
 };
-bool dirac_generator_find(struct dirac_generator *g, const struct dirac_system *d, const struct dirac_classes *c);
+/* c->first: those that are not primary may become other combinations, of which there is a generator (basis.h). */
+bool dirac_generator_find(struct dirac_generator *g, const struct dirac_system *d, struct dirac_classes *c);
 
 #endif

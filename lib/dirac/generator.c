@@ -4,7 +4,7 @@
  * not primary  D e_A + sum over B of e_B V_BA = 0, with {gamma_B, H'} = V_BA gamma_A on the set to first order, D the derivative along the motion. Each
  * equation is solved for an e_B that V_BA brings in; what is left open is a parameter. What no chain that begins at a primary one reaches (Cawley's
  * constraints, which vanish to second order in the brackets) generates no transformation: e is 0 there. */
-#include "classes.h"
+#include "basis.h"
 
 #include <assert.h>
 #include <string.h>
@@ -17,7 +17,10 @@ struct chain {
     const struct dirac_classes *c;
     struct dirac_generator *g;
     struct sga_arena mem;
+    struct dirac_basis basis;
     expr_id *V;                   /* firsts x firsts */
+    expr_id *mix;                 /* primary x others x others: of the brackets with primary ones in those that are not */
+    bool mixed;                   /* some of it is not 0 */
     expr_id *e;                   /* firsts x parameters x orders */
     unsigned char *known, *used;  /* by first-class combination: e_A, and its equation */
     int parameters, orders;
@@ -56,33 +59,65 @@ static bool expand(struct chain *h, const expr_id *f, int count, expr_id *factor
     return true;
 }
 
-/* V from {gamma_B, H'} + d gamma_B/dt, and that the free multipliers bring in nothing. */
+/* Component A (not primary) of a function that vanishes on the set, from its factors in the constraints. */
+static expr_id component(const struct chain *h, const expr_id *factor, int A)
+{
+    struct expr_store *st = h->d->space->weak->st;
+    int P = h->basis.primary, N = h->basis.firsts - P;
+    expr_id sum = expr_int(st, 0);
+    for (int B = 0; B < N; B++)
+        sum = expr_add(st, sum, expr_mul(st, factor[h->c->lead[P + B]], h->basis.inverse[B * N + A - P]));
+    return weak_on_set(h->d->space->weak, weak_normal(h->d->space->weak, sum), h->d->chi, h->d->constraints);
+}
+
+/* V from {gamma_B, H'} + d gamma_B/dt, and what the free multipliers bring in. */
 static bool find_V(struct chain *h, bool *possible)
 {
     const struct dirac_system *d = h->d;
     const struct dirac_classes *c = h->c;
+    const expr_id *first = h->basis.first;
     struct expr_store *st = d->space->weak->st;
-    int F = c->firsts, m = d->constraints, count = F + F * c->primary_firsts;
+    int F = c->firsts, P = c->primary_firsts, N = F - P, m = d->constraints, count = F + F * P;
     expr_id *f = sga_zeros(&h->mem, (size_t)count + 1, sizeof *f), *factor = sga_zeros(&h->mem, (size_t)(count * m) + 1, sizeof *factor);
     for (int A = 0; A < F; A++) {
-        f[A] = expr_add(st, dirac_poisson(d->space, c->first[A], c->first_class_hamiltonian), dirac_by_time(d->space, c->first[A]));
-        for (int a = 0; a < c->primary_firsts; a++)
-            f[F + A * c->primary_firsts + a] = dirac_poisson(d->space, c->first[A], c->first[a]);
+        f[A] = expr_add(st, dirac_poisson(d->space, first[A], c->first_class_hamiltonian), dirac_by_time(d->space, first[A]));
+        for (int a = 0; a < P; a++)
+            f[F + A * P + a] = dirac_poisson(d->space, first[A], first[a]);
     }
+    h->mixed = false;
     if (!expand(h, f, count, factor, possible))
         return false;
     h->V = sga_zeros(&h->mem, (size_t)(F * F) + 1, sizeof *h->V);
+    h->mix = sga_zeros(&h->mem, (size_t)(P * N * N) + 1, sizeof *h->mix);
     for (int B = 0; B < F && *possible; B++)
         for (int A = 0; A < F; A++) {
-            h->V[B * F + A] = factor[B * m + c->lead[A]];
-            for (int a = 0; a < c->primary_firsts && A >= c->primary_firsts; a++) {
-                int is = weak_zero(d->space->weak, factor[(F + B * c->primary_firsts + a) * m + c->lead[A]]);
+            h->V[B * F + A] = A < P ? factor[B * m + c->lead[A]] : component(h, factor + B * m, A);
+            for (int a = 0; a < P && A >= P; a++) {
+                expr_id e = component(h, factor + (F + B * P + a) * m, A);
+                int is = weak_zero(d->space->weak, e);
                 if (is < 0)
                     return false;
-                *possible &= is;
+                h->mixed |= !is;
+                if (B >= P)
+                    h->mix[(a * N + B - P) * N + A - P] = is ? expr_int(st, 0) : e;
+                else
+                    *possible &= is;      /* primary ones stay as they are */
             }
         }
     return true;
+}
+
+/* V in a basis that the primary ones do not mix. *possible: there is one. False: undecided. */
+static bool find_basis(struct chain *h, bool *possible)
+{
+    dirac_basis_begin(&h->basis, h->d, h->c);
+    if (!find_V(h, possible) || !*possible || !h->mixed)
+        return h->d->space->weak->err->code == SGA_E_OK;
+    bool ok = dirac_basis_resolve(&h->basis, h->d) && find_V(h, possible);
+    if (ok && *possible && h->mixed)
+        ok = dirac_basis_scale(&h->basis, h->d, h->mix, possible) && (!*possible || find_V(h, possible));
+    *possible &= !h->mixed;
+    return ok;
 }
 
 static expr_id *e_at(const struct chain *h, int A, int parameter, int order)
@@ -159,7 +194,7 @@ static int holds(struct chain *h)
             for (int k = 0; k < h->orders; k++) {
                 int is = weak_zero(s->weak, coefficient(h, A, p, k));
                 for (int a = 0; a < h->c->primary_firsts && is == 1; a++)
-                    is = weak_zero(s->weak, dirac_poisson(s, *e_at(h, A, p, k), h->c->first[a]));
+                    is = weak_zero(s->weak, dirac_poisson(s, *e_at(h, A, p, k), h->basis.first[a]));
                 if (is != 1)
                     return is;
             }
@@ -204,7 +239,7 @@ static bool solve_chain(struct chain *h)
     struct expr_store *st = h->d->space->weak->st;
     int F = h->c->firsts, chosen = 0;
     bool possible;
-    if (!find_V(h, &possible))
+    if (!find_basis(h, &possible))
         return false;
     if (!possible)
         return none(h, "the brackets of the first class with the Hamiltonian, or with the free multipliers' constraints, mix with what is not primary: no generator whose parameters "
@@ -245,17 +280,19 @@ static bool solve_chain(struct chain *h)
         for (int k = 0; k < h->orders; k++) {
             expr_id sum = expr_int(st, 0);
             for (int A = 0; A < F; A++)
-                sum = expr_add(st, sum, expr_mul(st, *e_at(h, A, p, k), h->c->first[A]));
+                sum = expr_add(st, sum, expr_mul(st, *e_at(h, A, p, k), h->basis.first[A]));
             h->g->term[p * h->orders + k] = weak_normal(h->d->space->weak, sum);
         }
     return true;
 }
 
-bool dirac_generator_find(struct dirac_generator *g, const struct dirac_system *d, const struct dirac_classes *c)
+bool dirac_generator_find(struct dirac_generator *g, const struct dirac_system *d, struct dirac_classes *c)
 {
     struct chain h = { .d = d, .c = c, .g = g };
     *g = (struct dirac_generator){ .orders = 1 };
     bool ok = c->firsts == 0 || solve_chain(&h);
+    if (ok && c->firsts && !g->why_not)
+        memcpy(c->first, h.basis.first, (size_t)c->firsts * sizeof *c->first);
     sga_arena_end(&h.mem);
     return ok;
 }

@@ -2,6 +2,8 @@
 #include "weak.h"
 
 #include <assert.h>
+#include <limits.h>
+#include <string.h>
 
 #include "budget.h"
 #include "error.h"
@@ -31,6 +33,20 @@ expr_id weak_normal(const struct weak *w, expr_id e)
     struct poly_limits limits = poly_limits_of(POLY_MODEST, w->budget);
     expr_id normal = e;
     return e && !expr_is_const(w->st, e) && poly_normal(w->st, e, &limits, &normal) ? normal : e;
+}
+
+expr_id weak_on_set(const struct weak *w, expr_id e, const expr_id *by, int count)
+{
+    struct poly_limits limits = poly_limits_of(POLY_MODEST, w->budget);
+    expr_id out = e;
+    if (expr_is_const(w->st, e) || count == 0)
+        return e;
+    SGA_ARENA(mem);
+    expr_id *root = sga_take(&mem, ((size_t)count + 1) * sizeof *root);
+    memcpy(root, by, (size_t)count * sizeof *root);
+    root[count] = e;
+    SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(w->st, root, count + 1, &limits);
+    return b && poly_bridge_on_set(b, e, by, count, LONG_MAX / 4, &out) ? weak_normal(w, out) : e;
 }
 
 /* The row below `from` whose entry serves best as a pivot: a constant first; -1: none, -2: undecided. */
@@ -71,6 +87,12 @@ static void subtract(const struct weak *w, expr_id *row, const expr_id *by, expr
             row[k] = weak_normal(w, expr_sub(w->st, row[k], expr_mul(w->st, factor, by[k])));
 }
 
+static void log_pivot(struct weak_pivots *p, expr_id e)
+{
+    SGA_RESERVE_IN(p->mem, p->e, p->cap, (size_t)p->count + 1);
+    p->e[p->count++] = e;
+}
+
 bool weak_eliminate(const struct weak *w, expr_id *m, int rows, int columns, int width, int *pivot_of)
 {
     assert(columns <= width);
@@ -86,6 +108,8 @@ bool weak_eliminate(const struct weak *w, expr_id *m, int rows, int columns, int
         if (p != rank)
             swap(pivot, m + (long)p * width, width);
         expr_id by = pivot[c];
+        if (w->pivots)
+            log_pivot(w->pivots, by);
         for (int k = 0; k < width; k++)
             pivot[k] = expr_is_zero(w->st, pivot[k]) ? pivot[k] : weak_normal(w, expr_div(w->st, pivot[k], by));
         for (int i = 0; i < rows; i++)

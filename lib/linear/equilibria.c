@@ -137,6 +137,16 @@ static void set_functions(struct search *s, const expr_id *rate, int rates, cons
     s->on.space.near = near;
 }
 
+/* From what algebra says, where the starts did not come: on the part of the set that was solved. */
+static void from_place(struct search *s, const double *x, uint64_t *random)
+{
+    struct points_point p;
+    set_functions(s, NULL, 0, x);
+    if (points_find(&s->on.space, 0, random, POINTS_BITS, &p) == POINTS_OK && inside(s->q, p.x, s->n) && same(p.x, x, s->n, SAME))
+        add_place(&s->zero, &s->mem, p.x, s->n, SAME);
+    points_point_clear(&p);
+}
+
 /* The rates in coordinates of the final set next to x. */
 static bool own_rates(struct search *s, const double *x, struct linearization *l, double *from, uint64_t *random)
 {
@@ -202,6 +212,32 @@ static bool keep_exact(struct search *s, const double *x, const struct lineariza
     return exact;
 }
 
+/* Where the reduced motion has no derivative, x stays at rest where alpha, restrictions and what is held are 0 and no constraint is hurt. */
+static bool keep_kink(struct search *s, const double *x)
+{
+    const struct linear_request *rq = s->q->rq;
+    const struct sys_system *sys = rq->sys;
+    struct linearization none = { .states = 0 };
+    struct linear_place place;
+    int n = 0;
+    expr_id *zero = sga_take(&s->mem, ((size_t)(sys->rows + sys->restrictions + s->q->helds) + 1) * sizeof *zero);
+    for (int i = 0; i < sys->rows; i++)
+        zero[n++] = sys->row[i].alpha;
+    for (int i = 0; i < sys->restrictions; i++)
+        zero[n++] = sys->restriction[i];
+    for (int i = 0; i < s->q->helds; i++)
+        zero[n++] = s->q->held[i];
+    struct linear_guess guess = { .x = x, .zero = zero, .zeros = n, .budget = rq->budget };
+    bool exact = linear_place_find(&place, sys, rq->sol, &guess) && place.basis == LINEAR_EXACT && inside(s->q, place.x, s->n);
+    if (exact) {
+        struct equilibrium *p = keep_point(s, place.x, true, &none);
+        p->degenerate = p->kink = true;
+        p->zeros = 0;
+    }
+    linear_place_clear(&place);
+    return exact;
+}
+
 enum outcome { NEITHER, KEPT, IRREGULAR };
 
 /* A place is an equilibrium in its own coordinates, irregular in these too (or without any; then it is put into `there`), or neither. */
@@ -213,7 +249,7 @@ static enum outcome look(struct search *s, const double *x, double *there, uint6
     enum outcome out = NEITHER;
     memcpy(there, x, (size_t)s->n * sizeof *there);
     if (!own_rates(s, x, &l, from, random)) {
-        out = IRREGULAR;
+        out = !s->e->family && keep_kink(s, x) ? KEPT : IRREGULAR;
     } else {
         set_functions(s, l.rate, l.states, from);
         enum points_status got = points_find(&s->on.space, 0, random, POINTS_BITS, &p);
@@ -312,6 +348,8 @@ static bool run(struct search *s, struct sga_error *err)
         choose(s, e->tried, x);
         from_start(s, &random);
     }
+    for (int i = 0; i < s->q->places && sga_budget_ok(budget, err); i++)
+        from_place(s, s->q->place[i], &random);
     for (int i = 0; i < s->zero.count && !(e->family && e->points) && sga_budget_ok(budget, err); i++)
         settle(s, s->zero.x[i], &random);
     for (int i = 0; i < s->irregular.count && sga_budget_ok(budget, err); i++)

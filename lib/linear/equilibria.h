@@ -12,6 +12,7 @@
 
 #include "arena.h"
 #include "expr.h"
+#include "real_zeros.h"
 
 struct linear_request;
 struct sga_error;
@@ -23,12 +24,14 @@ struct equilibria_request {
     const double *near;                    /* by variable: a start to try first; or 0 */
     const double *low, *high;              /* by variable; infinite: no bound */
     int starts;
+    double *const *place; int places;      /* to be tried after these starts */
 };
 
 struct equilibrium {
     double *x;                             /* by variable */
     bool certified;                        /* exactly one zero is proved to be there, up to the family that it is on */
     bool degenerate;                       /* the differentials are dependent: a zero by rational arithmetic, of which it is not known whether it is isolated */
+    bool kink;                             /* no rates have a derivative there: alpha is 0 by rational arithmetic, so that nothing moves; degenerate */
     bool shifted;                          /* degenerate, and some variable is in no function: it lies on a line of zeros */
     int *state; int states;                /* the coordinates: where they are not free at x, the rates prove nothing */
     expr_id *zero; int zeros;              /* rates in coordinates of the place, and what is held */
@@ -46,5 +49,18 @@ struct equilibria {
  * functions. equilibria_clear is due in every case. Cost: starts times Newton's method. */
 bool equilibria_search(struct equilibria *e, const struct equilibria_request *q, struct sga_error *err);
 void equilibria_clear(struct equilibria *e);
+
+/* What algebra says of them, where functions are polynomials. */
+struct equilibria_algebra {
+    struct sga_arena mem;
+    enum poly_count status;                /* of the zeros of the given equations' alpha, restrictions, and what is held: each equilibrium is one */
+    long real;                             /* POLY_COUNTED: real ones, each once: as many equilibria found and proved are all */
+    double **place; int places;            /* where they are, roughly */
+    long on_part;                          /* of them those on the constraints: on the part of the set that was solved; -1: not known */
+};
+
+/* parts: the constraints may have other parts, so that those on this one are counted too. Source and cost: poly/real_zeros.h. equilibria_algebra_clear is due in every case. */
+void equilibria_by_algebra(struct equilibria_algebra *a, const struct linear_request *rq, const expr_id *held, int helds, bool parts);
+void equilibria_algebra_clear(struct equilibria_algebra *a);
 
 #endif

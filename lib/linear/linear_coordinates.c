@@ -54,7 +54,7 @@ static bool refuse_freedom(const struct linear_request *rq, const unsigned char 
         snprintf(names + n, sizeof names - n, "%s%.40s", n ? ", " : "", name_of(rq, j));
     }
     return sga_fail_at(err, SGA_E_INPUTS, "/linearization/inputs", "the equations leave %d function%s of time to be chosen that no input names; it moves %s: name "
-                       "inputs among them in linearization.inputs, or add equations that determine them", left, left == 1 ? "" : "s", names);
+                       "inputs among them in %s, or add equations that determine them", left, left == 1 ? "" : "s", names, rq->said_in);
 }
 
 /* The gauge's components of the inputs that are variables, a row each. */

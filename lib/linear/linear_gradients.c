@@ -61,14 +61,11 @@ static bool is_rational(enum expr_op op)
     return op == EXPR_ADD || op == EXPR_SUB || op == EXPR_MUL || op == EXPR_DIV || op == EXPR_NEG || op == EXPR_POWI;
 }
 
-bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table)
+static bool only_affine(const struct linear_gradients *g, const expr_id *e, int count)
 {
     SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
     SGA_ARENA(mem);
     unsigned char *depends = sga_zeros(&mem, (size_t)g->st->nodes + 1, 1);
-    for (int i = 0; i < count * g->cols; i++)
-        if (table[i] && !expr_is_const(g->st, table[i]))
-            return false;
     expr_cone_init(&cone);
     expr_cone_of(g->st, &cone, e, count);
     for (int k = 0; k < cone.count; k++) {
@@ -83,6 +80,46 @@ bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e,
             return false;
     }
     return true;
+}
+
+bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table)
+{
+    for (int i = 0; i < count * g->cols; i++)
+        if (table[i] && !expr_is_const(g->st, table[i]))
+            return false;
+    return only_affine(g, e, count);
+}
+
+bool linear_gradients_constant(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
+    expr_cone_init(&cone);
+    for (int i = 0; i < count * g->cols; i++) {
+        if (!table[i] || expr_is_const(g->st, table[i]))
+            continue;
+        expr_cone_of(g->st, &cone, table + i, 1);
+        for (int k = 0; k < cone.count; k++)
+            if (expr_op_of(g->st, cone.list[k]) == EXPR_SYM)
+                return false;
+    }
+    return only_affine(g, e, count);
+}
+
+bool linear_gradients_given(const struct linear_gradients *g, const struct linear_request *rq)
+{
+    const struct sys_system *sys = rq->sys;
+    SGA_ARENA(mem);
+    int count = 0;
+    expr_id *e = sga_take(&mem, ((size_t)sys->rows + (size_t)sys->restrictions + 1) * sizeof *e);
+    for (int i = 0; i < sys->rows; i++) {
+        e[count++] = sys->row[i].alpha;
+        for (int k = 0; k < sys->row[i].entries; k++)
+            if (!expr_is_const(sys->store, sys->row[i].entry[k].value))
+                return false;
+    }
+    for (int i = 0; i < sys->restrictions; i++)
+        e[count++] = sys->restriction[i];
+    return linear_gradients_constant(g, e, count, linear_gradients_of(g, &mem, e, count));
 }
 
 const char *linear_gradients_rate(const struct linear_request *rq, const expr_id *e, int count)

@@ -144,7 +144,7 @@ static enum linear_stability stability(struct linear_modes *m, const struct line
     bool left = true, axis = false, chain = false;
     if (s->missing)
         return told(m, LINEAR_UNDECIDED, "the eigenvalues are not known");
-    if (!l->constant && l->equilibrium != 1)
+    if (!l->motion_constant && l->equilibrium != 1)
         return told(m, LINEAR_UNDECIDED, l->equilibrium == 0 ? "the point is no equilibrium: eigenvalues at one moment do not decide about a motion"
                                                              : "the point is not known to be an equilibrium");
     for (int i = 0; i < s->count; i++) {
@@ -159,7 +159,7 @@ static enum linear_stability stability(struct linear_modes *m, const struct line
     if (left)
         return told(m, LINEAR_ASYMPTOTIC, "all eigenvalues have negative real parts");
     assert(axis);
-    if (!l->constant || !s->exact)
+    if (!l->motion_constant || !s->exact)
         return told(m, LINEAR_UNDECIDED, "an eigenvalue lies on the imaginary axis: what is not linear decides");
     return chain ? told(m, LINEAR_UNSTABLE, "an eigenvalue on the imaginary axis has a Jordan block of more than 1")
                  : told(m, LINEAR_MARGINAL, "no eigenvalue lies right of the imaginary axis, and those on it have Jordan blocks of 1");

@@ -342,7 +342,7 @@ static bool shift(struct work *w)
     if (!linear_held_shift(w->rq, &l->place, w->c.state, w->c.states, &l->shift))
         return no_value(w, "a gauge field has");
     l->shifted = true;
-    if (!l->constant && l->equilibrium != 1)
+    if (!l->motion_constant && l->equilibrium != 1)
         return sga_fail_at(w->err, SGA_E_IMPROPER, "/linearization/inputs", "%.100s moves with the derivative of an input, and the point is not shown to be an "
                            "equilibrium: linearize at one, or take what moves as an input", w->rq->sys->store->symbol[w->rq->sys->variable[w->c.moving].symbol].name);
     linear_matrix_product(&product, &l->A, &l->shift);
@@ -378,6 +378,16 @@ static void keep_states(struct work *w)
     }
 }
 
+static void tell_constant(struct work *w)
+{
+    struct linearization *l = w->l;
+    const struct linear_request *rq = w->rq;
+    l->motion_constant = linear_gradients_constant(&w->g, w->constraint, rq->sol->constraints, w->dconstraint)
+                         && linear_gradients_constant(&w->g, w->rate, w->c.states, w->drate);
+    l->constant = l->motion_constant && linear_gradients_constant(&w->g, rq->output, rq->outputs, w->doutput);
+    l->everywhere = l->constant && linear_gradients_given(&w->g, rq);
+}
+
 static bool run(struct work *w, const struct linear_guess *guess)
 {
     struct linearization *l = w->l;
@@ -387,8 +397,7 @@ static bool run(struct work *w, const struct linear_guess *guess)
         return sga_fail_at(w->err, SGA_E_UNDECIDED, "/linearization/at", "no point of the final set was found where the start was computed; choose another");
     if (!state_form(w) || !settle(w, guess) || !descriptor_form(w))
         return false;
-    l->constant = linear_gradients_affine(&w->g, w->constraint, rq->sol->constraints, w->dconstraint)
-                  && linear_gradients_affine(&w->g, w->rate, w->c.states, w->drate);
+    tell_constant(w);
     if (w->c.moving >= 0 && !shift(w))
         return false;
     keep_states(w);
@@ -432,7 +441,7 @@ static bool given(struct work *w, bool *constant)
                 && linear_gradients_affine(&w->g, rq->output, rq->outputs, w->doutput) && !linear_gradients_rate(rq, right, count)
                 && !linear_gradients_rate(rq, rq->output, rq->outputs);
     w->l->place.st = sys->store;
-    w->l->constant = *constant;
+    w->l->motion_constant = w->l->constant = w->l->everywhere = *constant;
     return !*constant || descriptor_form(w);
 }
 
@@ -453,8 +462,7 @@ static bool rates(struct work *w, const struct linear_guess *guess, bool *of_tim
         return sga_fail_at(w->err, SGA_E_UNDECIDED, "/system", "no point of the final set was found again");
     if (!state_form(w))
         return false;
-    w->l->constant = linear_gradients_affine(&w->g, w->constraint, rq->sol->constraints, w->dconstraint)
-                     && linear_gradients_affine(&w->g, w->rate, w->c.states, w->drate);
+    tell_constant(w);
     *of_time = depends_on_time(w);
     keep_states(w);
     return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error.code, "%s", rq->sys->store->error.detail);

@@ -32,6 +32,7 @@ struct linear_request {
     const struct sga_solution *sol;
     struct points_oracle *oracle;
     const struct linear_input *input; int inputs;
+    const char *said_in;       /* the member of the request that names inputs, for refusals: "linearization.inputs" */
     const expr_id *output; int outputs;
     const struct sga_budget *budget;
 };
@@ -40,7 +41,9 @@ struct linear_request {
 struct linearization {
     struct sga_arena mem;
     struct linear_place place;
-    bool constant;             /* the matrices are the same at all points and times: the system is linear with constant coefficients */
+    bool motion_constant;      /* A and B are the same at all points and times: the reduced motion is linear with constant coefficients */
+    bool constant;             /* ... C and D too ... */
+    bool everywhere;           /* ... and those of the given equations */
     int equilibrium;           /* with the inputs held: 1 proved, 0 it is none, -1 not known, or the system depends on time */
     int *state; int states;    /* variables: coordinates of Pf, beside the inputs */
     int *variable; int variables;   /* columns of E and DA: all but the inputs */

@@ -30,16 +30,17 @@ static bool needs_value(struct reader *rd, const char *what)
 }
 
 /* What is wanted against what is given. */
-static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries, const json_t *fit)
+static bool check_wants(struct reader *rd, const json_t *trajectory, const json_t *symmetries, const json_t *fit, const json_t *linearization)
 {
     struct request *r = rd->r;
+    unsigned numbers = REQUEST_TRANSFER | REQUEST_EQUILIBRIA | (json_is_true(json_object_get(linearization, "symbolic")) ? 0 : REQUEST_LINEARIZATION);
     if (r->want & REQUEST_SYMMETRIES && !symmetries)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"symmetries\" is wanted, but the member \"symmetries\" is missing; "
                        "it says what to check and what to search");
     if (r->want & REQUEST_FIT && !fit)
         return at_fail(rd, SGA_E_MISSING_MEMBER, "\"fit\" is wanted, but the member \"fit\" is missing; it says what is to be found, and from which data");
-    if (r->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && rd->symbolic[0])
-        return needs_value(rd, r->want & REQUEST_LINEARIZATION ? "a linearization" : r->want & REQUEST_TRANSFER ? "a transfer matrix" : "a search for equilibria");
+    if (r->want & numbers && rd->symbolic[0])
+        return needs_value(rd, r->want & numbers & REQUEST_LINEARIZATION ? "a linearization that is not symbolic" : r->want & REQUEST_TRANSFER ? "a transfer matrix" : "a search for equilibria");
     unsigned needs = r->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL);
     if (!needs)
         return true;
@@ -53,6 +54,22 @@ static bool check_wants(struct reader *rd, const json_t *trajectory, const json_
     return true;
 }
 
+/* omega(d/dq_i, d/dp_i) = 1 and nothing else: what leaving it out says. */
+static bool is_canonical(const struct expr_store *st, const struct form_matrix *omega)
+{
+    size_t said = 0;
+    for (size_t k = 0; k < omega->entries; k++) {
+        const struct form_entry *e = omega->entry + k;
+        bool above = e->col == e->row + omega->rows / 2, below = e->row == e->col + omega->rows / 2;
+        if (expr_is_zero(st, e->value))
+            continue;
+        if (!expr_is_const(st, e->value) || !(above || below) || !fmpz_is_one(fmpq_denref(expr_const_value(st, e->value))) || !fmpz_equal_si(fmpq_numref(expr_const_value(st, e->value)), above ? 1 : -1))
+            return false;
+        said++;
+    }
+    return said == (size_t)omega->rows;
+}
+
 /* Dirac's theory is one of Lagrangians, and of Hamiltonians with the canonical form. */
 static bool check_dirac(struct reader *rd)
 {
@@ -64,17 +81,13 @@ static bool check_dirac(struct reader *rd)
         at_member(rd, "want");
         return at_fail(rd, SGA_E_NOT_SUPPORTED, "\"dirac\" is for the forms \"lagrangian\" and \"hamiltonian\": equations of the form \"%s\" need not come from a Lagrangian", r->form);
     }
-    if (r->tables) {
-        at_member(rd, "want");
-        return at_fail(rd, SGA_E_NOT_SUPPORTED, "Dirac's classes are not worked out with tables in the system; put functions of time in their place");
-    }
     at_member(rd, "system");
     if (lagrangian && !r->lagrangian) {
         at_member(rd, "forces");
         return at_fail(rd, SGA_E_NOT_SUPPORTED, "forces beside the Lagrangian are not variational: there is no Hamiltonian for them; put what has a potential into the Lagrangian, "
                        "or leave out \"dirac\"");
     }
-    if (r->hamiltonian && r->hamiltonian->omega) {
+    if (r->hamiltonian && r->hamiltonian->omega && !is_canonical(&r->store, r->hamiltonian->omega)) {
         at_member(rd, "omega");
         return at_fail(rd, SGA_E_NOT_SUPPORTED, "Dirac's classes are worked out for the canonical form; leave out omega, and name the variables q1..qk, p1..pk");
     }
@@ -159,7 +172,7 @@ static bool read_parts(struct reader *rd, const json_t *v)
         rd->r->want |= REQUEST_EQUILIBRIA;
     if (stands && rd->r->mechanical && trajectory)
         read_mechanical_outputs(rd);
-    return part(rd, check_wants(rd, trajectory, symmetries, fit)) && (!stands || part(rd, check_dirac(rd)))
+    return part(rd, check_wants(rd, trajectory, symmetries, fit, linearization)) && (!stands || part(rd, check_dirac(rd)))
         && (!trajectory || !sets || part(rd, read_trajectory(rd, trajectory))) && (!sweep || !sets || part(rd, read_sweep(rd, sweep)))
         && (!accuracy || part(rd, read_accuracy(rd, accuracy))) && (!symmetries || !stands || part(rd, read_symmetries(rd, symmetries)))
         && (!linearization || !stands || part(rd, read_linearization(rd, linearization)))

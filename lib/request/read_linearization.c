@@ -65,15 +65,29 @@ static bool read_at(struct reader *rd, const json_t *v, struct request_lineariza
     return true;
 }
 
+static bool read_symbolic(struct reader *rd, const json_t *v, const json_t *at, struct request_linearization *l)
+{
+    size_t mark = at_member(rd, "symbolic");
+    if (!read_boolean(rd, v, &l->symbolic))
+        return false;
+    at_back(rd, mark);
+    if (!l->symbolic || !at)
+        return true;
+    at_member(rd, "at");
+    return at_fail(rd, SGA_E_SCHEMA, "a symbolic linearization is about any point: leave out \"at\", or \"symbolic\"");
+}
+
 bool read_linearization(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "at", "inputs", "outputs", NULL };
+    static const char *const members[] = { "at", "inputs", "outputs", "symbolic", NULL };
     struct request_linearization *l = &rd->r->linearization;
     size_t mark = at_member(rd, "linearization");
     if (!only_members(rd, v, members))
         return false;
-    const json_t *at = json_object_get(v, "at");
+    const json_t *at = json_object_get(v, "at"), *symbolic = json_object_get(v, "symbolic");
     l->has = true;
+    if (symbolic && !read_symbolic(rd, symbolic, at, l))
+        return false;
     if ((at && !read_at(rd, at, l)) || !read_ports(rd, v, &l->ports))
         return false;
     at_back(rd, mark);

@@ -210,6 +210,7 @@ enum request_at { REQUEST_AT_START, REQUEST_AT_SAMPLES, REQUEST_AT_PLACES };
 
 struct request_linearization {
     bool has;
+    bool symbolic;                         /* about any point, as expressions */
     enum request_at at;
     struct request_place *place; int places;
     struct request_ports ports;
@@ -220,8 +221,15 @@ struct request_transfer {
     double *frequency; int frequencies;   /* >= 0, in radians per unit of time */
 };
 
+/* An output that is held at a value. */
+struct request_held {
+    int output;                                /* index into request.output */
+    expr_id exact;
+};
+
 struct request_equilibria {
     struct request_initial *hold; int holds;   /* in the order of the variables */
+    struct request_held *output; int outputs;  /* no output twice */
     int *free; int frees;                      /* variables: inputs that the search chooses */
     double *low, *high;                        /* by variable; infinite: no bound */
     int starts;

@@ -18,6 +18,7 @@
 #include "mem.h"
 #include "rows_kept.h"
 #include "sizes.h"
+#include "system.h"
 #include "table_balls.h"
 #include "tape.h"
 #include "tolerance.h"

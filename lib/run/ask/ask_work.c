@@ -2,6 +2,7 @@
 #include "ask_work.h"
 
 #include <assert.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "integrate.h"
@@ -13,6 +14,7 @@
 #include "start_of.h"
 #include "system.h"
 #include "trajectory.h"
+#include "warnings.h"
 
 /* Inputs as they were named, or the variables that the form calls inputs. */
 static void set_inputs(struct ask_work *s, const struct request_ports *p)
@@ -32,7 +34,7 @@ void ask_begin(struct ask_work *s, struct job *j, const struct request_ports *p,
 {
     const struct request *r = j->request;
     bool own = p->outputs > 0;
-    *s = (struct ask_work){ .j = j, .rq = { .sys = &r->system, .sol = j->solution, .oracle = j->oracle, .output = own ? p->output : r->output,
+    *s = (struct ask_work){ .j = j, .rq = { .sys = &r->system, .sol = j->solution, .oracle = j->oracle, .said_in = "linearization.inputs", .output = own ? p->output : r->output,
                                             .outputs = own ? p->outputs : r->outputs, .budget = j->budget } };
     set_inputs(s, p);
     s->ports = (struct linear_ports){ s->rq.input, s->rq.inputs, own ? p->output_text : r->output_name, s->rq.outputs };
@@ -87,8 +89,11 @@ static bool at_values(struct ask_work *s, double time, const struct request_init
     struct traj_initial start;
     expr_id *exact = sga_zeros(&s->mem, (size_t)j->request->system.variables + 1, sizeof *exact);
     give(s, initial, count, &r, exact);
-    if (!traj_consistent(&j->request->system, j->solution, &r, &start, j->err))
+    if (!traj_consistent(&j->request->system, j->solution, &r, &start, j->err)) {
+        if (!j->err->pointer[0])
+            snprintf(j->err->pointer, sizeof j->err->pointer, "%s", start_too ? "/trajectory/initial" : "/linearization/at");
         return false;
+    }
     struct linear_guess guess = { .x = start.x, .t = time, .exact = exact, .budget = j->budget };
     bool ok = at_point(s, &guess, anywhere);
     traj_initial_clear(&start);
@@ -133,6 +138,8 @@ bool ask_at_samples(struct ask_work *s)
     if (!answer_integrate(j, j->solution, &r, &rows, j->err))
         return false;
     bool ok = at_rows(s, &rows);
+    if (ok && rows.ended)
+        sga_warn(j->budget, SGA_W_LIST_CUT, "/linearization/at", "the motion ends at %.10g (%.200s): %d of %d samples come before it", rows.ended_t, rows.ended_detail, rows.rows, t->samples);
     traj_result_clear(&rows);
     return ok;
 }
@@ -141,6 +148,26 @@ bool ask_at_start(struct ask_work *s)
 {
     const struct request_trajectory *t = &s->j->request->trajectory;
     return at_values(s, t->start, t->initial, t->initials, !t->has, true);
+}
+
+bool ask_is_free(const struct job *j, int k)
+{
+    const struct sga_solution *sol = j->solution;
+    bool is = false;
+    for (int g = 0; g < sol->free_columns && sol->gauge; g++)
+        is |= !expr_is_zero(&j->request->store, sol->gauge[(size_t)g * (size_t)j->request->system.variables + (size_t)k]);
+    return is;
+}
+
+void ask_drop_determined(struct ask_work *s)
+{
+    struct linear_input *input = (struct linear_input *)s->rq.input;
+    int kept = 0;
+    for (int k = 0; k < s->rq.inputs; k++)
+        if (input[k].variable < 0 || ask_is_free(s->j, input[k].variable))
+            input[kept++] = input[k];
+    assert(kept <= s->rq.inputs);
+    s->rq.inputs = s->ports.inputs = kept;
 }
 
 bool ask_possible(struct job *j)

@@ -22,6 +22,10 @@ struct ask_work {
 
 /* Inputs as they were named, or the variables that the form calls inputs; outputs as they were given, or the form's. */
 void ask_begin(struct ask_work *s, struct job *j, const struct request_ports *p, struct sga_buf *out);
+/* Whether the equations leave variable k to be chosen as a function of time, perhaps in part. */
+bool ask_is_free(const struct job *j, int k);
+/* Of inputs that the request did not name, those that the equations determine are none (constraints of form control). */
+void ask_drop_determined(struct ask_work *s);
 /* False where nothing can be linearized: NO_MOTION. */
 bool ask_possible(struct job *j);
 /* At the consistent start from these values; at the start of the trajectory (or anywhere, where there is none); along it. */

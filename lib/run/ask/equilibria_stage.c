@@ -4,26 +4,15 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "ask_work.h"
 #include "budget.h"
-#include "equilibria.h"
 #include "oracle.h"
 #include "points.h"
 #include "reduction.h"
 #include "request.h"
+#include "rest_search.h"
 #include "run_job.h"
 #include "stage_clock.h"
 #include "system.h"
-
-struct rest {
-    struct job *j;
-    const struct request_equilibria *ask;
-    struct ask_work s;         /* for its request, writer and arena */
-    struct linearization base;
-    expr_id *held_zero; int helds;   /* functions that vanish where what is held has its value */
-    unsigned char *input, *held;   /* by variable */
-    double *near;
-};
 
 static void add_input(struct rest *r, int variable)
 {
@@ -41,7 +30,7 @@ static void set_inputs(struct rest *r)
     r->s.rq.input = sga_zeros(&r->s.mem, (size_t)sys->variables + 1, sizeof *r->s.rq.input);
     r->s.rq.inputs = 0;
     for (int k = 0; k < sys->variables; k++)
-        if (strcmp(sys->variable[k].role, "input") == 0)
+        if (strcmp(sys->variable[k].role, "input") == 0 && ask_is_free(r->j, k))
             add_input(r, k);
     for (int k = 0; k < r->ask->frees; k++)
         add_input(r, r->ask->free[k]);
@@ -56,12 +45,19 @@ static void hold(struct rest *r, int variable, expr_id value)
     r->held[variable] = 1;
 }
 
+static void hold_output(struct rest *r, const struct request_held *h)
+{
+    r->held_zero[r->helds++] = expr_sub(r->s.rq.sys->store, r->j->request->output[h->output], h->exact);
+}
+
 /* What is held by its value; inputs that are not freed at trajectory.initial. */
 static bool set_held(struct rest *r)
 {
     const struct request_trajectory *t = &r->j->request->trajectory;
     for (int k = 0; k < r->ask->holds; k++)
         hold(r, r->ask->hold[k].variable, r->ask->hold[k].exact);
+    for (int k = 0; k < r->ask->outputs; k++)
+        hold_output(r, r->ask->output + k);
     for (int k = 0; k < r->ask->frees; k++)
         r->held[r->ask->free[k]] = 1;
     for (int k = 0; k < t->initials; k++)
@@ -92,7 +88,7 @@ static bool set_functions(struct rest *r)
     if (of_time)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the motion depends on time or on tables, so that nothing stays at rest by itself; put values in the place of "
                            "the functions of time to look for equilibria");
-    r->held_zero = sga_zeros(&r->s.mem, 2 * (size_t)n + 1, sizeof *r->held_zero);
+    r->held_zero = sga_zeros(&r->s.mem, 2 * (size_t)n + (size_t)r->ask->outputs + 1, sizeof *r->held_zero);
     return set_held(r);
 }
 
@@ -135,7 +131,7 @@ static void write_modes(struct sga_json *w, const struct linearization *l, const
 }
 
 /* A point that the linearization cannot be had at has no spectrum, and says why. */
-static void write_no_modes(struct sga_json *w, const struct sga_error *why)
+static void write_no_modes(struct sga_json *w, const struct sga_error *why, bool exact)
 {
     static const char *const member[] = { "eigenvalues", "stable", "stability" };
     for (int k = 0; k < 3; k++) {
@@ -144,7 +140,7 @@ static void write_no_modes(struct sga_json *w, const struct sga_error *why)
     }
     sga_json_key(w, "evidence");
     sga_json_object(w);
-    sga_json_member_string(w, "point", "numeric");
+    sga_json_member_string(w, "point", exact ? "exact" : "numeric");
     sga_json_member_string(w, "eigenvalues", why->detail);
     sga_json_member_string(w, "stability", why->detail);
     sga_json_end_object(w);
@@ -178,29 +174,19 @@ static bool write_point(struct rest *r, const struct equilibrium *p, int family)
     struct linear_guess guess = { .x = p->x, .zero = p->zero, .zeros = p->zeros, .budget = j->budget };
     sga_json_object(&r->s.json);
     if (linearize(&l, &r->s.rq, &guess, &why) && linear_modes_find(&m, &l, j->budget, &why)) {
-        bool free = l.states == p->states && memcmp(l.state, p->state, (size_t)l.states * sizeof *l.state) == 0;
-        write_head(r, p, l.place.x, free && p->certified && l.place.basis != LINEAR_NUMERIC, family);
+        bool certified = rest_certified(p, &l);
+        r->certified += certified;
+        write_head(r, p, l.place.x, certified, family);
         write_modes(&r->s.json, &l, &m);
     } else {
-        write_head(r, p, p->x, false, family);
-        write_no_modes(&r->s.json, &why);
+        r->certified += p->kink;
+        write_head(r, p, p->x, p->kink, family);
+        write_no_modes(&r->s.json, &why, p->kink);
     }
     linear_modes_clear(&m);
     linearization_clear(&l);
     sga_json_end_object(&r->s.json);
     return job_goes_on(j) && answer_fits(j, r->s.json.out);
-}
-
-/* Why all equilibria are known, or NULL. */
-static const char *complete(const struct rest *r, const struct equilibria *e)
-{
-    const struct expr_store *st = r->s.rq.sys->store;
-    for (int k = 0; k < r->base.states; k++)
-        if (expr_is_const(st, r->base.rate[k]) && !expr_is_zero(st, r->base.rate[k]))
-            return "a rate is a constant that is not 0: there are none";
-    if (r->base.constant && e->points == 1 && e->point[0].certified && !e->point[0].degenerate)
-        return e->family ? "all functions are affine: the family is an affine space" : "all functions are affine, and their matrix is regular: there is one";
-    return NULL;
 }
 
 static void write_searched(struct rest *r, const struct equilibria *e)
@@ -220,7 +206,7 @@ static void write_searched(struct rest *r, const struct equilibria *e)
     sga_json_end_object(w);
 }
 
-static bool write_all(struct rest *r, const struct equilibria *e)
+static bool write_all(struct rest *r, const struct equilibria *e, const struct equilibria_algebra *a)
 {
     struct sga_json *w = &r->s.json;
     bool ok = true;
@@ -230,9 +216,9 @@ static bool write_all(struct rest *r, const struct equilibria *e)
     for (int k = 0; k < e->points && ok; k++)
         ok = write_point(r, e->point + k, e->family);
     sga_json_end_array(w);
-    const char *why = complete(r, e);
-    sga_json_member_bool(w, "complete", why != NULL);
-    sga_json_member_string(w, "reason", why ? why : e->family ? "one point of a family; there may be other families" : "a search from starts may miss some");
+    SGA_ENDS(sga_buf_free) struct sga_buf why = { 0 };
+    sga_json_member_bool(w, "complete", ok && rest_complete(r, e, a, &why));
+    sga_json_member_string(w, "reason", why.len ? why.data : "");
     write_searched(r, e);
     sga_json_end_object(w);
     return ok;
@@ -246,10 +232,12 @@ static bool find(struct rest *r)
         r->near[t->initial[k].variable] = t->initial[k].value;
     for (int k = 0; k < r->ask->holds; k++)
         r->near[r->ask->hold[k].variable] = r->ask->hold[k].value;
-    struct equilibria_request q = { .rq = &r->s.rq, .rate = r->base.rate, .rates = r->base.states, .held = r->held_zero, .helds = r->helds, .near = r->near, .low = r->ask->low, .high = r->ask->high,
-                                    .starts = r->ask->starts };
-    bool ok = equilibria_search(&e, &q, r->j->err) && write_all(r, &e);
+    struct equilibria_algebra a;
+    equilibria_by_algebra(&a, &r->s.rq, r->held_zero, r->helds, rest_has_parts(r->j->solution));
+    struct equilibria_request q = rest_request(r, &a);
+    bool ok = equilibria_search(&e, &q, r->j->err) && write_all(r, &e, &a);
     equilibria_clear(&e);
+    equilibria_algebra_clear(&a);
     return ok;
 }
 
@@ -264,6 +252,7 @@ bool answer_equilibria(struct job *j)
         return false;
     ask_begin(&r.s, j, &none, &j->ask->equilibria);
     r.s.rq.outputs = 0;
+    r.s.rq.said_in = "equilibria.free";
     r.input = sga_zeros(&r.s.mem, n + 1, 1);
     r.held = sga_zeros(&r.s.mem, n + 1, 1);
     r.near = sga_zeros(&r.s.mem, n + 1, sizeof *r.near);

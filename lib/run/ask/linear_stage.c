@@ -2,6 +2,7 @@
 #include "ask.h"
 
 #include "ask_work.h"
+#include "linear_symbolic.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
@@ -11,8 +12,8 @@ static bool take(struct ask_work *s, const struct linearization *l, bool anywher
 {
     struct job *j = s->j;
     struct linear_modes m = { .exact = false };
-    if (anywhere && !l->constant)
-        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/linearization", "the system is not linear with constant coefficients: say where it is to be "
+    if (anywhere && !l->everywhere)
+        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/linearization", "the system, or an output, is not linear with constant coefficients: say where it is to be "
                            "linearized, by \"trajectory\" with \"initial\", or by linearization.at");
     bool ok = linear_modes_find(&m, l, j->budget, j->err);
     if (ok)
@@ -25,6 +26,8 @@ static bool everywhere(struct ask_work *s)
 {
     const struct request_linearization *l = &s->j->request->linearization;
     bool ok = true;
+    if (l->symbolic)
+        return linear_symbolic(s);
     if (l->at == REQUEST_AT_SAMPLES)
         return ask_at_samples(s);
     if (l->at == REQUEST_AT_START)
@@ -43,6 +46,8 @@ bool answer_linearization(struct job *j)
         return false;
     ask_begin(&s, j, &j->request->linearization.ports, &j->ask->linearization);
     s.take = take;
+    if (!j->request->linearization.ports.says_inputs)
+        ask_drop_determined(&s);
     sga_json_array(&s.json);
     bool ok = everywhere(&s);
     sga_json_end_array(&s.json);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "ask_work.h"
+#include "reduction.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
@@ -166,8 +167,11 @@ static bool write_enclosed(struct ask_work *s, const struct linearization *l)
 static bool take(struct ask_work *s, const struct linearization *l, bool anywhere)
 {
     struct job *j = s->j;
-    if (anywhere)
-        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/transfer", "the system is not linear with constant rational coefficients: say by \"trajectory\" with "
+    if (!l->constant && j->solution->depends_on_time)
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the coefficients move with time, so that there is no function of s: a linear system has its state form in form \"operator\", and any "
+                           "other one is linearized at an instant by want \"linearization\"");
+    if (anywhere && !l->constant)
+        return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/transfer", "the system, or an output, is not linear with constant coefficients: say by \"trajectory\" with "
                            "\"initial\" at which equilibrium it is to be linearized");
     if (l->equilibrium != 1 && !l->constant)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/initial", "the start is not shown to be an equilibrium: the linearization there changes with time, "
@@ -210,7 +214,10 @@ static void point_to_transfer(struct sga_error *err)
     if (strncmp(err->pointer, from, strlen(from)) != 0)
         return;
     snprintf(rest, sizeof rest, "%s", err->pointer + strlen(from));
-    snprintf(err->pointer, sizeof err->pointer, "/transfer/%.200s", rest);
+    if (strcmp(rest, "at") == 0)         /* the start is where it is linearized */
+        snprintf(err->pointer, sizeof err->pointer, "/trajectory/initial");
+    else
+        snprintf(err->pointer, sizeof err->pointer, "/transfer/%.200s", rest);
 }
 
 bool answer_transfer(struct job *j)
@@ -220,6 +227,7 @@ bool answer_transfer(struct job *j)
     j->ask = j->ask ? j->ask : sga_zeros(&j->mem, 1, sizeof *j->ask);
     ask_begin(&s, j, &j->request->transfer.ports, &j->ask->transfer);
     s.take = take;
+    s.rq.said_in = "transfer.inputs";
     bool ok = run(&s);
     if (!ok)
         point_to_transfer(j->err);

@@ -2,6 +2,7 @@
 #include "dirac.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +19,8 @@
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
+#include "system.h"
+#include "table.h"
 
 enum { SHOWN_BYTES = 4000 };
 
@@ -311,19 +314,33 @@ static void share_limits(const struct job *j, struct request *r)
     r->store.seconds = j->request->store.seconds;
 }
 
+/* Values of tables, by parameter of the inner system. */
+static void give_start(struct job *inner, const struct job *j)
+{
+    const struct sys_system *s = &inner->request->system;
+    inner->start = j->start;
+    if (!j->start.parameter)
+        return;
+    inner->start.parameter = sga_zeros(&inner->mem, (size_t)s->parameters + 1, sizeof *inner->start.parameter);
+    for (int k = 0; k < s->parameters; k++) {
+        const struct expr_symbol *p = s->store->symbol + s->parameter[k];
+        inner->start.parameter[k] = p->table ? expr_table_value(p->table, p->order, j->start.time) : NAN;
+    }
+}
+
 static bool in_phase_space(struct job *j, struct request *r, const struct sga_buf *legendre)
 {
     struct job inner = { .request = r, .budget = j->budget, .warnings = j->warnings, .clock = j->clock, .err = j->err, .host = j->host, .stage = j->stage };
     struct answer a = { .j = j, .inner = &inner };
     share_limits(j, r);
     if (j->request->hamiltonian)                /* the same variables */
-        inner.start = j->start;
+        give_start(&inner, j);
     bool ok = answer_reduce(&inner);
     stage_begin(j->clock, STAGE_DIRAC);
     if (ok && inner.solution->verdict == SGA_INCONSISTENT)
         ok = sga_fail_at(j->err, SGA_E_NO_MOTION, "/want", "the constraints contradict each other: there is nothing to put into classes");
     if (ok) {
-        a.weak = (struct weak){ &r->store, inner.oracle, j->budget, j->err };
+        a.weak = (struct weak){ &r->store, inner.oracle, j->budget, j->err, NULL };
         take_constraints(&a);
         ok = dirac_classes_find(&a.classes, &a.system) && agree(&a) && dirac_generator_find(&a.generator, &a.system, &a.classes);
     }

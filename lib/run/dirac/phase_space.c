@@ -18,6 +18,7 @@
 #include "run_job.h"
 #include "seeds.h"
 #include "system.h"
+#include "table.h"
 
 /* Longer functions would not be read back within the limits of a request. */
 enum { TEXT_BYTES = 200000 };
@@ -53,6 +54,48 @@ static void write_canonical(struct sga_json *w, int n)
     sga_json_end_array(w);
 }
 
+static void write_numbers(struct sga_json *w, const char *key, const struct expr_table *u, bool values)
+{
+    sga_json_key(w, key);
+    sga_json_array(w);
+    for (int k = 0; k < u->knots; k++)
+        sga_json_double(w, values ? u->piece[k][0] : u->time[k]);
+    sga_json_end_array(w);
+}
+
+/* Those that the system names. To the algebra they are any functions of time; the samples only say where a start lies. */
+static void write_tables(struct sga_json *w, const struct request *r)
+{
+    sga_json_key(w, "tables");
+    sga_json_object(w);
+    for (int k = 0; k < r->tables; k++) {
+        if (!r->table[k].in_system)
+            continue;
+        sga_json_key(w, r->table[k].name);
+        sga_json_object(w);
+        write_numbers(w, "times", r->table[k].values, false);
+        write_numbers(w, "values", r->table[k].values, true);
+        sga_json_member_string(w, "interpolation", r->table[k].values->kind == EXPR_LINEAR ? "linear" : "cubic");
+        sga_json_end_object(w);
+    }
+    sga_json_end_object(w);
+}
+
+/* Parameters that are symbols; those of the system hold the tables too. */
+static void write_parameters(struct sga_json *w, const struct sys_system *sys)
+{
+    const struct expr_store *st = sys->store;
+    sga_json_key(w, "parameters");
+    sga_json_object(w);
+    for (int k = 0; k < sys->parameters; k++) {
+        if (st->symbol[sys->parameter[k]].kind == EXPR_SIGNAL)
+            continue;
+        sga_json_key(w, st->symbol[sys->parameter[k]].name);
+        sga_json_null(w);
+    }
+    sga_json_end_object(w);
+}
+
 static bool write_request(const struct phase *p, struct sga_buf *out)
 {
     const struct sys_system *sys = &p->j->request->system;
@@ -65,13 +108,9 @@ static bool write_request(const struct phase *p, struct sga_buf *out)
     sga_json_object(&w);
     sga_json_member_string(&w, "form", "hamiltonian");
     sga_json_member_string(&w, "time", from->symbol[sys->time].name);
-    sga_json_key(&w, "parameters");
-    sga_json_object(&w);
-    for (int k = 0; k < sys->parameters; k++) {
-        sga_json_key(&w, from->symbol[sys->parameter[k]].name);
-        sga_json_null(&w);
-    }
-    sga_json_end_object(&w);
+    write_parameters(&w, sys);
+    if (p->j->request->tables)
+        write_tables(&w, p->j->request);
     sga_json_key(&w, "variables");
     sga_json_array(&w);
     for (int k = 0; k < 2 * p->n; k++)
@@ -212,7 +251,7 @@ static bool of_lagrangian(struct job *j, struct sga_buf *request, struct sga_buf
     open_tangent(&t, j);
     bool ok = points_of_space(&t, j, &oracle, &solution);
     if (ok) {
-        struct weak weak = { &t.st, &oracle, j->budget, j->err };
+        struct weak weak = { &t.st, &oracle, j->budget, j->err, NULL };
         struct legendre_request rq = { .lagrangian = t.lagrangian, .q = t.q, .v = t.v, .p = t.p, .root = t.root, .n = t.n, .weak = &weak, .mem = &t.mem };
         ok = legendre_map(&l, &rq);
     }
@@ -238,6 +277,6 @@ bool dirac_phase_space(struct job *j, struct sga_buf *request, struct sga_buf *l
         snprintf(pointer, sizeof pointer, "/system/holonomic/%d", j->redundant[0]);
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, pointer, "the constraint follows from the others, and its multiplier would be a gauge freedom of its own; leave it out");
     }
-    assert(r->lagrangian && !r->tables);           /* request/read.c refuses others */
+    assert(r->lagrangian);                         /* request/read.c refuses others */
     return of_lagrangian(j, request, legendre);
 }

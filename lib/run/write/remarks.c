@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "free_outputs.h"
 #include "mechanical_answer.h"
 #include "mem.h"
 #include "oracle.h"
@@ -177,6 +178,8 @@ static void warn_moved(struct job *j, const double *x)
     const struct request_trajectory *t = &j->request->trajectory;
     struct sga_buf names = { 0 };
     int count = 0;
+    /* how far one value moves for the sake of another is a matter of their units; a value that moves alone has to */
+    const char *by = ". Of points on the constraints it is the nearest in the units that the values are given in: in other units another one may be; trajectory.hold keeps values";
     for (int k = 0; k < t->initials; k++) {
         double given = t->initial[k].value, now = x[t->initial[k].variable];
         char text[256];
@@ -187,7 +190,7 @@ static void warn_moved(struct job *j, const double *x)
     }
     and_more(&names, count);
     if (count)
-        sga_warn(j->budget, SGA_W_START_MOVED, "/trajectory/initial", "the start was moved onto the constraints: %s", names.data);
+        sga_warn(j->budget, SGA_W_START_MOVED, "/trajectory/initial", "the start was moved onto the constraints: %s%s", names.data, count > 1 ? by : "");
     sga_buf_free(&names);
 }
 
@@ -206,6 +209,8 @@ void answer_warn(struct job *j)
     if (!j->place.depth)
         warn_count(j);
     struct job *motion = j->part ? j->part : j;
+    if (!j->place.depth)
+        answer_warn_free_outputs(motion);
     if (motion->initial)
         warn_moved(motion, motion->initial->x);
     if (motion->trajectory && motion->trajectory->initial)
