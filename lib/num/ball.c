@@ -22,14 +22,27 @@ static void drop_solutions(struct num_ball *b)
     b->solutions = 0;
 }
 
-void num_ball_clear(struct num_ball *b)
+void num_ball_forget(struct num_ball *b)
 {
+    b->nodes = 0;
     drop_solutions(b);
+}
+
+void num_ball_release(struct num_ball *b)
+{
+    num_ball_forget(b);
     for (size_t i = 0; i < b->values; i++)
         arb_clear(b->value + i);
+    free(b->value);
+    b->value = NULL;
+    b->values = b->value_cap = 0;
+}
+
+void num_ball_clear(struct num_ball *b)
+{
+    num_ball_release(b);
     for (size_t i = 0; i < b->symbol_cap; i++)
         arb_clear(b->symbol + i);
-    free(b->value);
     free(b->symbol);
     free(b->solution);
     *b = (struct num_ball){ 0 };
@@ -64,12 +77,6 @@ void num_ball_set_d(struct num_ball *b, int symbol, double v)
 {
     grow(&b->symbol, &b->symbol_cap, symbol + 1);
     arb_set_d(b->symbol + symbol, v);
-}
-
-void num_ball_forget(struct num_ball *b)
-{
-    b->nodes = 0;
-    drop_solutions(b);
 }
 
 static void solve(struct num_ball *b, int index)
