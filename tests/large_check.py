@@ -56,19 +56,59 @@ def faults(tally, solver):
         tally.check("i251" in str(answer["gauge"]) + str(answer.get("warnings", "")), "it is named", answer.get("warnings"))
 
 
+def resistors(n, current):
+    """n x n nodes joined by resistors, none of them grounded; `current` is fed in in the middle. The equations sum up to 0 = current."""
+    variables, equations = [f"e{r}_{c}" for r in range(n) for c in range(n)], []
+    for r in range(n):
+        for c in range(n):
+            beside = [f"(e{q}_{k} - e{r}_{c})" for q, k in ((r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1)) if 0 <= q < n and 0 <= k < n]
+            equations.append(" + ".join(beside) + f" = {current if r == c == n // 2 else 0}")
+    return large.asked(f"{n} x {n} resistors", {"form": "equations", "variables": variables, "equations": equations})
+
+
+def large_faults(tally, solver):
+    """A singular grid, an equation that is missing in the middle of one, a loop with a wrong bound: named by place, with little time to do it."""
+    limits = {"seconds": 60, "megabytes": 2000}
+    n = 40
+    answer, problem = solver.solve({**resistors(n, 0), "limits": limits})
+    if tally.check(answer, "a grid without ground", problem):
+        tally.check(answer["verdict"] == "underdetermined" and answer["dimensions"]["final"] == 1, "its potential is free", answer["dimensions"])
+        tally.check(answer["evidence"]["redundant_equations"] == 1, "one of its equations follows", answer["evidence"]["redundant_equations"])
+        tally.check(any("free is e" in w["detail"] for w in answer["warnings"]), "a free potential is named", answer["warnings"])
+    answer, problem = solver.solve({**resistors(n, 1), "limits": limits})
+    if tally.check(answer, "a grid without ground that a current is fed into", problem):
+        told = answer["evidence"]["contradiction"]
+        tally.check(answer["verdict"] == "inconsistent", "it is contradictory", answer["verdict"])
+        tally.check(told["combination"] and all(part["equation"].startswith("equations[") for part in told["combination"]), "an equation is named", told)
+    request, _ = large.heat(100)
+    equations = request["system"]["equations"]
+    middle = len(equations) // 2
+    missing = next(k for k in range(middle, len(equations)) if "'" not in equations[k])      # an equation of the boundary: of its point alone
+    point = equations[missing].split()[0]
+    answer, problem = solver.solve({**request, "limits": limits, "system": {**request["system"], "equations": equations[:missing] + equations[missing + 1:]}})
+    if tally.check(answer, "heat without an equation of its boundary", problem):
+        tally.check(answer["verdict"] == "underdetermined", "a freedom is left", answer["verdict"])
+        tally.check(any(f"free is {point}" in w["detail"] for w in answer["warnings"]), f"{point} is named", answer["warnings"])
+    for bound, far in (("1:n", 0), ("2:n", 50001)):
+        loop = {"for": f"i = {bound}", "equation": "x[i]' = x[i-1] - 2*x[i] + x[i+1]"}
+        answer, problem = solver.solve({"system": {"form": "equations", "sizes": {"n": 50000}, "variables": ["x[1:n]"], "equations": [loop]}, "want": ["index"], "limits": limits})
+        tally.check(answer is None and problem["code"] == "unknown_name" and problem["pointer"] == "/system/equations/0/equation" and f"x[{far}]" in problem["detail"],
+                    f"a loop over {bound}", problem)
+
+
 def stiff_motions(tally, solver):
     """The food web, by implicit steps on its equations: predators and prey meet their equations, and an explicit method gives the same."""
-    for n in (7, 10):
+    for n in (4, 5, 6, 7, 10):
         request, _ = large.web(n, want=("index", "trajectory"), stop=0.02)
         found = []
-        for method in ("auto", "dop853"):
+        for method in ("radau" if n < 6 else "auto", "dop853"):
             answer, problem = solver.solve({**request, "accuracy": {"rtol": 1e-6, "method": method}})
             if not tally.check(answer, f"web {n} by {method}", problem):
                 return
             motion = answer["trajectory"]
             found.append(motion)
             tally.check(motion["ended"] is None and len(motion["rows"]) == 11, f"web {n} by {method} comes to its end", motion["ended"])
-        tally.check(found[0]["method"] == "radau", f"web {n}: auto takes implicit steps", found[0]["method"])
+        tally.check(found[0]["method"] == "radau", f"web {n}: implicit steps", found[0]["method"])
         for a, b in zip(found[0]["rows"], found[1]["rows"]):
             allowed = found[0]["error_estimate"] + found[1]["error_estimate"] + 1e-9 * abs(b[2])
             tally.check(all(abs(u - v) <= allowed for u, v in zip(a, b)), f"web {n}: two methods at {b[0]}", (a, b, allowed))
@@ -119,6 +159,7 @@ def main():
             grows(tally, name, *counts, 1.1)
     answered(tally, solver, "truss", 45)      # rows held far from where starts are drawn
     faults(tally, solver)
+    large_faults(tally, solver)
     stiff_motions(tally, solver)
     estimates(tally, solver)
     return tally.end()

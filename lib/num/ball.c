@@ -30,16 +30,30 @@ static void drop_solutions(struct num_ball *b)
     b->solutions = 0;
 }
 
-void num_ball_clear(struct num_ball *b)
+void num_ball_forget(struct num_ball *b)
 {
+    b->nodes = 0;
     drop_solutions(b);
+}
+
+void num_ball_release(struct num_ball *b)
+{
+    num_ball_forget(b);
     for (size_t k = 0; k < b->used_cap; k++)
         for (size_t i = 0; i < BLOCK && b->used[k]; i++)
             arb_clear(b->value + k * BLOCK + i);
-    for (size_t i = 0; i < b->symbol_cap; i++)
-        arb_clear(b->symbol + i);
     sga_zero_pages_free(b->value, b->used_cap * BLOCK * sizeof *b->value);
     free(b->used);
+    b->value = NULL;
+    b->used = NULL;
+    b->used_cap = 0;
+}
+
+void num_ball_clear(struct num_ball *b)
+{
+    num_ball_release(b);
+    for (size_t i = 0; i < b->symbol_cap; i++)
+        arb_clear(b->symbol + i);
     free(b->symbol);
     free(b->solution);
     free(b->inverse);
@@ -94,12 +108,6 @@ void num_ball_set_d(struct num_ball *b, int symbol, double v)
 {
     grow(&b->symbol, &b->symbol_cap, symbol + 1);
     arb_set_d(b->symbol + symbol, v);
-}
-
-void num_ball_forget(struct num_ball *b)
-{
-    b->nodes = 0;
-    drop_solutions(b);
 }
 
 static void matrix_of(arb_mat_t A, const struct num_ball *b, const struct expr_solve *s)

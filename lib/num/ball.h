@@ -29,6 +29,8 @@ void num_ball_clear(struct num_ball *b);
 void num_ball_set(struct num_ball *b, int symbol, const arb_t v);
 void num_ball_set_d(struct num_ball *b, int symbol, double v);
 void num_ball_forget(struct num_ball *b);
+/* Forgets them and gives their memory back; they are made again when they are asked for. */
+void num_ball_release(struct num_ball *b);
 /* Values for every node that the store has now. Cost: 0.1 to 1 microseconds a node. */
 void num_ball_extend(struct num_ball *b);
 /* Values of the nodes of one list only, in order (children first). */

@@ -238,7 +238,7 @@ static double step(struct points_jacobian *j, struct points_point *p, struct poi
         int open = only_new(j, w, r, old);
         *rank = normal_basic_step(w, r, d) < open ? 0 : c;
     } else {
-        *rank = normal_step(w, r, d);
+        *rank = c > MANY ? normal_quick_step(w, r, d) : normal_step(w, r, d);
     }
     for (int i = 0; i < n && cheap; i++)
         d[i] = ldexp(d[i], cheap[i]);

@@ -54,6 +54,15 @@ void points_oracle_forget(struct points_oracle *s)
         points_beyond_forget(s->beyond);
 }
 
+void points_oracle_release(struct points_oracle *s)
+{
+    for (int i = 0; i < s->reals; i++) {
+        num_ball_release(&s->real[i].ball);
+        if (s->high_bits)
+            num_ball_release(&s->high[i].ball);
+    }
+}
+
 void points_oracle_clear(struct points_oracle *s)
 {
     points_oracle_forget(s);

@@ -101,6 +101,8 @@ struct points_decision points_oracle_cells(struct points_oracle *s, expr_id e, b
 /* Whether the sides of some switches were not looked for, to keep within limits, since it was last forgotten. */
 bool points_oracle_cut_short(const struct points_oracle *s);
 void points_oracle_forget_cut(struct points_oracle *s);
+/* Gives the memory of all values at the points back, until they are asked for. */
+void points_oracle_release(struct points_oracle *s);
 /* log2 of |e| at the first point (very negative for 0), for choosing pivots. */
 double points_oracle_magnitude(struct points_oracle *s, expr_id e);
 

@@ -6,6 +6,7 @@
 #include "affine.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 
 #include <flint/fmpq_mat.h>
@@ -98,9 +99,16 @@ static void lu_row(struct lu *l, int q)
     l->numbers += p->ops + to->entries + 1;
 }
 
+/* A large field of long numbers that nobody asks for. */
+static bool unasked(const struct affine_run *r)
+{
+    return r->many && r->s->options->field_unasked && r->constraints < r->a->n;
+}
+
 /* Every pivot row. False: the numbers grow long (or the budget ended). */
 static bool lu_make(struct lu *l, struct affine_run *r)
 {
+    const double most = r->many && !unasked(r) ? MOST_BITS : 0;
     int n = r->a->n, pivots = r->velocities.pivots;
     *l = (struct lu){ .r = r };
     l->row = sga_calloc((size_t)pivots + 1, sizeof *l->row);
@@ -113,7 +121,7 @@ static bool lu_make(struct lu *l, struct affine_run *r)
     for (int q = 0; q < pivots && ok; q++) {
         lu_row(l, q);
         ok = sga_budget_ok(r->s->options->budget, NULL) && !fmpq_is_zero(&l->row[q].pivot)
-             && l->bits < (r->many ? MOST_BITS : FEW_BITS + SHORT_BITS * l->numbers);
+             && l->bits < fmax(most, FEW_BITS + SHORT_BITS * l->numbers);
     }
     return ok;
 }
@@ -379,6 +387,11 @@ bool affine_fields(struct affine_run *r)
         field_by_substitution(&l, sol->field);
         if (gauge)
             gauge_fields(&l);
+    } else if (unasked(r)) {
+        ok = sga_budget_ok(r->s->options->budget, r->s->err);
+        free(sol->field);
+        free(sol->gauge);
+        sol->field = sol->gauge = NULL;
     } else if ((ok = sga_budget_ok(r->s->options->budget, r->s->err))) {
         ok = r->many ? sga_fail(r->s->err, SGA_E_LIMIT_GROWTH, "the numbers of the vector field grow too long") : fields_written_out(r, gauge);
         sol->written_out = ok;

@@ -214,3 +214,30 @@ bool agenda_choose(struct agenda *a, int *out_row, int *out_at)
     return best.row >= 0;
 }
 
+/* Where every row that is left is long, the rest is a dense block. Blocks of numbers are
+ * better eliminated: their entries stay numbers. */
+enum { BLOCK_LENGTH = 8, BLOCK_ROWS = 8 };
+
+/* A number beside functions that are so many times (in bits) larger: quotients of such rows by each other swell, and lose all digits, as
+ * soon as rows have so many entries. Of more rows the sparse ones are eliminated first: a dense block costs their cube. */
+enum { FAINT_BITS = 10, FAINT_LENGTH = 3, FAINT_ROWS = 64 };
+
+static bool is_faint(const struct ech_context *c, const struct ech_row *r, int at)
+{
+    expr_id pivot = r->entry[at].value;
+    if (!expr_is_const(c->st, pivot))
+        return false;
+    double least = points_oracle_magnitude(c->oracle, pivot) + FAINT_BITS;
+    bool faint = false;
+    for (int k = 0; k < r->entries && !faint; k++)
+        faint = !expr_is_const(c->st, r->entry[k].value) && points_oracle_magnitude(c->oracle, r->entry[k].value) > least;
+    return faint;
+}
+
+bool agenda_is_block(const struct agenda *a, int i, int at)
+{
+    int length = a->row[i].entries;
+    if (length < FAINT_LENGTH || a->left < BLOCK_ROWS || a->entries < a->left * FAINT_LENGTH || 4 * a->functions < a->entries)
+        return false;
+    return (length >= BLOCK_LENGTH && a->entries >= a->left * BLOCK_LENGTH) || (a->left <= FAINT_ROWS && is_faint(a->c, a->row + i, at));
+}

@@ -35,5 +35,7 @@ void agenda_done(struct agenda *a, int i);
 /* The best pivot among a few of the shortest rows, or a row without entries (at = -1). False: no rows are left. Costs what the rows that
  * are looked at are long, and the stale members that are dropped. */
 bool agenda_choose(struct agenda *a, int *row, int *at);
+/* Whether what is left is better solved as a whole (block.h) than with the chosen entry of row i as a pivot. Costs what that row is long. */
+bool agenda_is_block(const struct agenda *a, int i, int at);
 
 #endif

@@ -236,15 +236,6 @@ static bool take(struct echelon *e, const struct ech_context *c, struct agenda *
     return true;
 }
 
-/* Where every row that is left is long, the rest is a dense block. Blocks of numbers are
- * better eliminated: their entries stay numbers. */
-enum { BLOCK_LENGTH = 8, BLOCK_ROWS = 8 };
-
-static bool is_block(const struct agenda *a, int i)
-{
-    return a->row[i].entries >= BLOCK_LENGTH && a->left >= BLOCK_ROWS && a->entries >= a->left * BLOCK_LENGTH && 4 * a->functions >= a->entries;
-}
-
 /* Hand the rest over, and file what is left of it anew. */
 static bool solve_block(struct echelon *e, const struct ech_context *c, struct agenda *a, int generation)
 {
@@ -309,7 +300,7 @@ bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_ro
             a.lowest = 0;
             continue;
         }
-        if (at >= 0 && blocks && is_block(&a, i)) {
+        if (at >= 0 && blocks && agenda_is_block(&a, i, at)) {
             int before = e->pivots;
             ok = solve_block(e, c, &a, generation) && sga_budget_ok(c->budget, c->err);
             blocks = e->pivots > before;

@@ -15,6 +15,7 @@
 #include "oracle.h"
 #include "points.h"
 #include "poly.h"
+#include "regular_shape.h"
 #include "system.h"
 
 /* Whether v has different values at the two points: then it is no constant. */
@@ -134,24 +135,6 @@ bool regular_is_solved(struct state *s, expr_id e)
     return r.options == 1 && r.option[0].count == 1 && solved_symbol(s, r.option[0].out[0], &slope) >= 0;
 }
 
-/* Puts map into e[0 .. n), and brings what it changed, and what never was, to normal forms. */
-static void substitute_normal(struct state *s, expr_id *e, int n, const expr_id *map, unsigned char *is_normal, const struct poly_limits *limits)
-{
-    SGA_FREED expr_id *was = sga_malloc(3 * (size_t)n * sizeof *was);
-    expr_id *open = was + n, *normal = open + n;
-    int opens = 0;
-    memcpy(was, e, (size_t)n * sizeof *was);
-    expr_substitute(s->st, e, n, map);
-    for (int i = 0; i < n; i++)
-        if (e[i] != was[i] || !is_normal[i])
-            open[opens++] = e[i];
-    poly_normal_all(s->st, open, opens, limits, normal);
-    for (int i = 0, k = 0; i < n; i++)
-        if (e[i] != was[i] || !is_normal[i])
-            e[i] = normal[k++];
-    memset(is_normal, 1, (size_t)n);
-}
-
 /* What x is where f = 0, which is slope x + rest. The rest is f at x = 0: without x, also where its normal form is too large. It may have
  * no value as it is written there, (x^2 + x y)/x: then x is left to the normal form. */
 static expr_id value_of(struct state *s, int x, expr_id f, expr_id slope)
@@ -161,30 +144,59 @@ static expr_id value_of(struct state *s, int x, expr_id f, expr_id slope)
     return rest ? expr_neg(s->st, expr_div(s->st, rest, slope)) : expr_sub(s->st, s->st->symbol[x].node, expr_div(s->st, f, slope));
 }
 
+/* Whether the shape of e says nothing of its zeros but that it is 0 there. */
+static bool is_one_part(struct state *s, expr_id e)
+{
+    expr_id part[2];
+    return regular_shape_factors(s, e, part, 2) == 1 && regular_same_zeros(s, e, part[0]);
+}
+
+/* e with the first `count` of those in s->used put in, one after the other, and brought to normal form each time. What has one and would lose
+ * it to a sum that says nothing stays as it is: equal on the set as well, and within bounds, however many are put into each other.
+ * map: by symbol, UNDEF. */
+static expr_id with_used(struct state *s, expr_id e, int count, expr_id *map, const struct poly_limits *limits)
+{
+    bool begun = false, has = false;
+    for (int i = 0; i < count; i++) {
+        const struct used_up *u = s->used + i;
+        if (u->symbol < 0)
+            continue;
+        has = begun ? has : poly_normal(s->st, e, limits, &e);
+        begun = true;
+        expr_id put = e;
+        map[u->symbol] = u->value;
+        expr_substitute(s->st, &put, 1, map);
+        map[u->symbol] = EXPR_UNDEF;
+        if (put == e)
+            continue;
+        bool found = poly_normal(s->st, put, limits, &put);
+        e = found || !has || !is_one_part(s, put) ? put : e;
+        has |= found;
+    }
+    return e;
+}
+
 expr_id regular_reduced(struct state *s, expr_id e)
 {
-    int own = s->sol->constraints, c = own + s->pendings, symbols = s->st->symbols;
+    int own = s->sol->constraints, c = own + s->pendings;
     SGA_ARENA(mem);
-    expr_id *map = sga_zeros(&mem, (size_t)symbols, sizeof *map);
-    expr_id *left = sga_take(&mem, (size_t)(c + 1) * sizeof *left);
-    unsigned char *is_normal = sga_zeros(&mem, (size_t)c + 1, 1);
+    expr_id *map = sga_zeros(&mem, (size_t)s->st->symbols, sizeof *map);
     /* no product of more than can be factored is written out */
     struct poly_limits limits = poly_limits_of(POLY_AMPLE, s->options->budget);
-    if (own)
-        memcpy(left, s->con, (size_t)own * sizeof *left);
-    for (int i = own; i < c; i++)
-        left[i] = s->pending[i - own];
-    left[c] = e;
     for (int i = 0; i < c; i++) {
-        expr_id slope;
-        int x = solved_symbol(s, left[i], &slope);
-        if (x < 0)
+        expr_id f = i < own ? s->con[i] : s->pending[i - own], slope;
+        if (i < s->useds && s->used[i].constraint == f)
             continue;
-        memset(map, 0, (size_t)symbols * sizeof *map);
-        map[x] = value_of(s, x, left[i], slope);
-        poly_normal(s->st, map[x], &limits, &map[x]);
-        substitute_normal(s, left + i + 1, c - i, map, is_normal + i + 1, &limits);
+        struct used_up u = { .constraint = f };
+        f = with_used(s, f, i, map, &limits);
+        u.symbol = solved_symbol(s, f, &slope);
+        if (u.symbol >= 0) {
+            u.value = value_of(s, u.symbol, f, slope);
+            poly_normal(s->st, u.value, &limits, &u.value);
+        }
+        SGA_RESERVE_IN(&s->mem, s->used, s->used_cap, i + 1);
+        s->used[i] = u;
+        s->useds = i + 1;
     }
-    e = left[c];
-    return e;
+    return with_used(s, e, c, map, &limits);
 }

@@ -116,7 +116,7 @@ struct sga_solution {
     bool written_out;                  /* ... and constraints and fields are sums of numbers times variables, reduced by the constraints */
     struct sga_constraint *constraint; int constraints;
     struct sga_pivot *pivot; int pivots;
-    expr_id *field;                    /* by variable: X with every free function 0 */
+    expr_id *field;                    /* by variable: X with every free function 0; NULL: inconsistent, or left out (options.field_unasked) */
     int *free_column; int free_columns;
     expr_id *gauge;                    /* free_columns x variables, by rows */
     struct sga_branch *branch; int branches;
@@ -159,6 +159,7 @@ struct reduction_options {
     const struct sga_budget *budget;
     bool combinations;                      /* work out the parts of each constraint */
     bool gauge_fields;
+    bool field_unasked;                     /* nothing will ask for the field: it is left out (NULL) where its numbers grow long */
     int gauge_nodes;                        /* that they may add (and 100 components for each); beyond it they are left out. 0: no limit */
     bool rows;                              /* keep what became of rows that vanish; needs combinations */
     bool rates;                             /* keep which velocities each elimination determined; needs combinations */

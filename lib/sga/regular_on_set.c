@@ -18,7 +18,10 @@ static struct regular form_on_set(struct state *s, expr_id e)
     if (reduced == e || expr_is_zero(s->st, reduced))
         return keep;
     struct regular q = regular_alone(s, reduced);
-    if (q.answer == REGULAR_KEEP && regular_has_poles(s, e) && !regular_has_poles(s, reduced))
+    bool one = q.options == 1 && q.option[0].count == 1, poles = regular_has_poles(s, e);
+    if (one && !poles && regular_same_zeros(s, reduced, q.option[0].out[0]))
+        q.answer = REGULAR_KEEP;          /* it says no more than e, and may be far longer */
+    if (q.answer == REGULAR_KEEP && poles && !regular_has_poles(s, reduced))
         q.answer = REGULAR_REPLACED;
     q.reduced = q.answer != REGULAR_KEEP;
     return q;

@@ -98,6 +98,20 @@ int regular_shape_factors(struct state *s, expr_id e, expr_id *part, int most)
     return count;
 }
 
+bool regular_same_zeros(struct state *s, expr_id e, expr_id part)
+{
+    for (expr_id last = EXPR_UNDEF; e != part && e != last; ) {
+        const struct expr_node n = s->st->node[last = e];
+        if (n.op == EXPR_NEG || n.op == EXPR_DIV)
+            e = n.a;
+        else if (n.op == EXPR_MUL && state_facts(s, n.a) & EXPR_NONZERO)
+            e = n.b;
+        else if (n.op == EXPR_MUL && state_facts(s, n.b) & EXPR_NONZERO)
+            e = n.a;
+    }
+    return e == part;
+}
+
 bool regular_has_poles(struct state *s, expr_id e)
 {
     expr_cone_of(s->st, &s->cone, &e, 1);

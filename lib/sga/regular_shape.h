@@ -16,6 +16,8 @@ bool regular_fresh_graph(struct state *s, expr_id e);
 /* What a product, power, quotient or odd function is made of, by its shape alone: the parts
  * that may vanish, each once. Returns how many, at most `most`. */
 int regular_shape_factors(struct state *s, expr_id e, expr_id *part, int most);
+/* Whether `part` is e up to its sign, a denominator, and factors that are nowhere 0: they vanish at the same places, to the same order. */
+bool regular_same_zeros(struct state *s, expr_id e, expr_id part);
 /* Whether the symbol occurs in e. */
 bool regular_depends(struct state *s, expr_id e, int symbol);
 /* Whether e divides by something that may vanish. */

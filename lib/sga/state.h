@@ -43,6 +43,13 @@ struct solved_for {
     bool affine;                  /* in all variables */
 };
 
+/* A constraint as it is on the set of those before it, solved for a variable where it can be: kept, as each question uses up the same ones. */
+struct used_up {
+    expr_id constraint;           /* as it stands */
+    int symbol;                   /* solved for; -1: none */
+    expr_id value;
+};
+
 struct state {
     struct sga_arena mem;                 /* of all vectors below that are not borrowed */
     const struct sys_system *sys;
@@ -74,6 +81,7 @@ struct state {
     struct solved_for *solved;            /* what constraints are solved for (eliminate.c) */
     size_t solved_cap;
     int solved_count;
+    struct used_up *used; size_t used_cap; int useds;   /* of the constraints when last asked (eliminate.c) */
     bool affine;                          /* the system was reduced as rational matrices (affine.h) */
     struct domain *domain;                /* in mem: what must not vanish for the system to have a value */
     bool inconsistent;

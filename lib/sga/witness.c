@@ -33,6 +33,7 @@ struct check {
     struct points_point *point;
     struct points_jacobian *jac;
     struct points_jacobian time;    /* the same by `clock` */
+    struct expr_cone asked, said;   /* what is looked at of the system, and of the claim: no other node of their stores is evaluated */
     int *clock, clocks;             /* symbols of the claim's store: time, and signals with their */
     int *rate;                      /* derivatives; of time -1 */
     arb_t sum, term;
@@ -218,22 +219,58 @@ static void transfer(struct check *c)
             num_ball_set(&c->own, c->sys->parameter[j], c->point->ball.symbol + c->claim->parameter[j]);
         num_ball_set(&c->own, c->sys->time, c->point->ball.symbol + c->claim->time);
     }
-    num_ball_extend(&c->own);
+    num_ball_list(&c->own, c->asked.list, c->asked.count);
+}
+
+/* Rows of the system, and what the answer rests on; of the claim fields and gauge fields. */
+static void list_asked(struct check *c)
+{
+    const struct sga_claim *cl = c->claim;
+    const struct sga_solution *sol = cl->solution;
+    SGA_FREED expr_id *root = NULL;
+    size_t cap = 0;
+    int roots = 0, zeros = c->oracle ? c->oracle->zeros : 0;
+    for (int i = 0; i < c->sys->rows; i++) {
+        const struct sys_row *r = c->sys->row + i;
+        SGA_RESERVE(root, cap, roots + r->entries + 1);
+        root[roots++] = r->alpha;
+        for (int k = 0; k < r->entries; k++)
+            root[roots++] = r->entry[k].value;
+    }
+    SGA_RESERVE(root, cap, roots + zeros + sol->pivots + sol->sides + 1);
+    for (int i = 0; i < zeros; i++)
+        root[roots++] = c->oracle->zero[i].expr;
+    for (int q = 0; q < sol->pivots; q++)
+        root[roots++] = sol->pivot[q].value;
+    for (int q = 0; q < sol->sides; q++)
+        root[roots++] = sol->side[q].function;
+    expr_cone_init(&c->asked);
+    expr_cone_of(c->sys->store, &c->asked, root, roots);
+    expr_cone_init(&c->said);
+    if (!cl->field)
+        return;
+    roots = cl->variables * (1 + cl->gauges);
+    SGA_RESERVE(root, cap, roots + 1);
+    memcpy(root, cl->field, (size_t)cl->variables * sizeof *root);
+    if (cl->gauges)
+        memcpy(root + cl->variables, cl->gauge, (size_t)cl->gauges * (size_t)cl->variables * sizeof *root);
+    expr_cone_of(cl->st, &c->said, root, roots);
 }
 
 static bool check_point(struct check *c)
 {
     const struct sga_claim *cl = c->claim;
+    assert(cl->field || !cl->gauges);
+    if (!cl->field)
+        return true;                /* the point lies on the constraints: no more is claimed */
     transfer(c);
     points_jacobian_values(c->jac, &c->point->ball);
     points_jacobian_entries(c->jac, &c->point->ball);
     points_jacobian_entries(&c->time, &c->point->ball);
     num_ball_forget(&c->point->ball);
-    num_ball_extend(&c->point->ball);
-    bool ok = true;
-    if (cl->field)
-        ok = check_rows(c, cl->field, true, "equation")
-             && check_tangency(c, cl->field, true, "tangency of the vector field to constraint");
+    num_ball_list(&c->point->ball, c->said.list, c->said.count);
+    bool ok = check_rows(c, cl->field, true, "equation")
+              && check_tangency(c, cl->field, true, "tangency of the vector field to constraint");
     for (int g = 0; g < cl->gauges && ok; g++) {
         const expr_id *z = cl->gauge + (size_t)g * (size_t)cl->variables;
         ok = check_rows(c, z, false, "the kernel condition of a gauge field in equation")
@@ -398,6 +435,7 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     SGA_ENDS(points_jacobian_clear) struct points_jacobian jac;
     struct check c = { .sys = system, .claim = claim, .oracle = oracle, .jac = &jac, .digits = 1000, .budget = budget, .err = err };
     make_clock(&c);
+    list_asked(&c);
     clock.variable = c.clock;
     clock.variables = c.clocks;
     points_jacobian_init(&jac, &space);
@@ -453,6 +491,8 @@ bool sga_witness_check(const struct sys_system *system, const struct sga_claim *
     }
     if (ok && again && !result->points)
         ok = sga_fail(err, SGA_E_UNDECIDED, "the witness found no fresh point of the final set where the equations have a value");
+    expr_cone_clear(&c.asked);
+    expr_cone_clear(&c.said);
     free(c.clock);
     free(c.rate);
     arb_clear(c.sum);

@@ -1,6 +1,7 @@
 /* Points and the zero oracle: what is found, what is proved, and what each decision rests
  * on; identities that hold, near misses that do not. */
 #include "check.h"
+#include "arb_ends.h"
 #include "ball.h"
 #include "oracle.h"
 #include "parse.h"
@@ -166,8 +167,14 @@ static void in_the_domain(void)
         uint64_t random = seed;
         CHECK(points_find(&s, 1, &random, 64, &p) == POINTS_OK, "a point, seed %d", (int)seed);
         num_ball_extend(&p.ball);
+        SGA_ENDS(arb_end) arb_t first = { 0 };
         for (int i = 0; i < 4; i++)
             CHECK(arb_is_finite(num_ball_value(&p.ball, defined[i])), "function %d has a value, seed %d", i, (int)seed);
+        arb_set(first, num_ball_value(&p.ball, defined[1]));
+        num_ball_release(&p.ball);
+        CHECK(!p.ball.value && !p.ball.values, "values are given back");
+        num_ball_extend(&p.ball);
+        CHECK(arb_equal(first, num_ball_value(&p.ball, defined[1])), "and made again, seed %d", (int)seed);
         points_point_clear(&p);
     }
     expr_store_clear(&st);

@@ -45,11 +45,13 @@ static bool solve(struct job *j)
     unsigned moves = REQUEST_TRAJECTORY | REQUEST_TRADEOFF | (j->request->trajectory.relations ? REQUEST_CONSISTENT_INITIAL : 0);
     bool motion = j->request->want & moves && !j->request->trajectory.conditions;
     bool fields = j->request->want & (REQUEST_GAUGE | REQUEST_SYMMETRIES | REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA | REQUEST_DERIVATION);
+    const unsigned told = REQUEST_CONSTRAINTS | REQUEST_INDEX;
     struct reduction_options options = {
         .near = j->start.x, .near_given = j->start.given, .near_time = j->start.time, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION, .budget = j->budget,
         .combinations = j->request->want & (REQUEST_CONSTRAINTS | REQUEST_STRUCTURE | REQUEST_DERIVATION),
         .gauge_fields = fields || motion,
         .gauge_nodes = fields ? 0 : answer_gauge_nodes(j),
+        .field_unasked = !(j->request->want & ~told) && !j->request->mechanical && !j->request->op.has,
         .rows = j->request->want & (REQUEST_STRUCTURE | REQUEST_DERIVATION),
         .rates = j->request->want & REQUEST_DERIVATION,
     };

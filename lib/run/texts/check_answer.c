@@ -266,12 +266,17 @@ static bool check_contradiction(struct job *j)
     return ok;
 }
 
+/* Values of so many nodes at each point are some of a job's memory: the witness has its own. */
+enum { MANY_NODES = 1000000 };
+
 bool answer_witness(struct job *j)
 {
     assert(j->solution && j->oracle);         /* the reduction comes before its witness */
     stage_begin(j->clock, STAGE_WITNESS);
     answer_witness_clear(j);
     j->witness = sga_zeros(&j->mem, 1, sizeof *j->witness);
+    if (j->request->system.store->nodes > MANY_NODES)
+        points_oracle_release(j->oracle);
     bool ok = j->solution->verdict == SGA_INCONSISTENT ? check_contradiction(j) : texts_written(j) ? check_texts(j) : check_handles(j);
     if (!ok)
         answer_witness_clear(j);
