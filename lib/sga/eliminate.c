@@ -18,6 +18,8 @@
 #include "regular_shape.h"
 #include "system.h"
 
+enum { GROWN = 4, ROOM = 1000 };      /* nodes of a function on the set, beside its own */
+
 /* Whether v has different values at the two points: then it is no constant. */
 static bool varies(struct state *s, expr_id v)
 {
@@ -151,12 +153,25 @@ static bool is_one_part(struct state *s, expr_id e)
     return regular_shape_factors(s, e, part, 2) == 1 && regular_same_zeros(s, e, part[0]);
 }
 
+static long size_of(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    return s->cone.count;
+}
+
+/* Without a normal form each constraint that is put in may double the function: past this it says nothing more. */
+static bool outgrows(struct state *s, expr_id e, long first)
+{
+    return size_of(s, e) > GROWN * first + ROOM;
+}
+
 /* e with the first `count` of those in s->used put in, one after the other, and brought to normal form each time. What has one and would lose
  * it to a sum that says nothing stays as it is: equal on the set as well, and within bounds, however many are put into each other.
  * map: by symbol, UNDEF. */
 static expr_id with_used(struct state *s, expr_id e, int count, expr_id *map, const struct poly_limits *limits)
 {
     bool begun = false, has = false;
+    long first = size_of(s, e);
     for (int i = 0; i < count; i++) {
         const struct used_up *u = s->used + i;
         if (u->symbol < 0)
@@ -170,6 +185,8 @@ static expr_id with_used(struct state *s, expr_id e, int count, expr_id *map, co
         if (put == e)
             continue;
         bool found = poly_normal(s->st, put, limits, &put);
+        if (!found && outgrows(s, put, first))
+            continue;
         e = found || !has || !is_one_part(s, put) ? put : e;
         has |= found;
     }
