@@ -1,7 +1,7 @@
 """Systems of a thousand unknowns and more whose verdict, dimensions and index are known by construction: large_check.py BUILD_DIR
 
 Implicit steps on the equations of large systems (lib/traj/whole.c): what they say of their errors, against far tighter motions.
-Chains, ladders and grids of tests/bench/large.py at two sizes each. How much was evaluated may grow as the size does (chains) or a
+Chains, ladders, random graphs and grids of tests/bench/large.py at two sizes each. How much was evaluated may grow as the size does (chains) or a
 little faster (grids), by the counts of `work`: no clock. Faults in the middle of such a system are named by their place."""
 import random
 import sys
@@ -13,9 +13,9 @@ sys.path.insert(0, __file__.rsplit("/", 1)[0] + "/bench")
 import large  # noqa: E402
 
 # By family: two sizes, about 1,000 and 2,500 unknowns, and the most power of the size by which counts may grow between them.
-SIZES = {"chain": (200, 500, 1.15), "ladder": (500, 1250, 1.15), "pairs": (400, 1000, 1.15), "grid": (22, 35, 1.3), "network": (22, 35, 1.3),
+SIZES = {"chain": (200, 500, 1.15), "ladder": (500, 1250, 1.15), "pairs": (400, 1000, 1.15), "scattered": (700, 2100, 1.15), "grid": (22, 35, 1.3), "network": (22, 35, 1.3),
          "heat": (30, 48, 1.3), "stokes": (12, 20, 1.5)}
-UNKNOWNS = {"chain": 5, "ladder": 2, "pairs": 2.5, "grid": 2, "network": 2, "heat": 1, "stokes": 3}
+UNKNOWNS = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "heat": 1, "stokes": 3}
 
 
 def size(name, n):
@@ -54,6 +54,18 @@ def faults(tally, solver):
     if tally.check(answer, "a missing equation", problem):
         tally.check(answer["verdict"] == "underdetermined", "a missing equation leaves a freedom", answer["verdict"])
         tally.check("i251" in str(answer["gauge"]) + str(answer.get("warnings", "")), "it is named", answer.get("warnings"))
+
+
+def dense(tally, solver):
+    """A full matrix of a lower rank in front of nonlinear functions: each of its constraints has all of them."""
+    n, rank, rng = 60, 45, random.Random(3)
+    left, right = ([[rng.randint(-3, 3) for _ in range(b)] for _ in range(a)] for a, b in ((n, rank), (rank, n)))
+    matrix = [[sum(left[i][k] * right[k][j] for k in range(rank)) for j in range(n)] for i in range(n)]
+    system = {"form": "quasilinear", "variables": [f"x{i}" for i in range(n)], "A": matrix, "alpha": [f"-x{i} + sin(x{(i + 1) % n}) - x{(i + 2) % n}^3/10" for i in range(n)]}
+    answer, problem = solver.solve({"system": system, "want": ["index"], "limits": {"seconds": 60}})
+    if tally.check(answer, "a full matrix", problem):
+        told = answer["verdict"], answer["dimensions"]["generations"], answer["index"]["differentiation"]
+        tally.check(told == ("unique", [rank], 1), "a full matrix: verdict, generations, index", told)
 
 
 def resistors(n, current):
@@ -158,6 +170,7 @@ def main():
         if all(counts):
             grows(tally, name, *counts, 1.1)
     answered(tally, solver, "truss", 45)      # rows held far from where starts are drawn
+    dense(tally, solver)
     faults(tally, solver)
     large_faults(tally, solver)
     stiff_motions(tally, solver)

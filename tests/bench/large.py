@@ -4,6 +4,7 @@ expected: verdict, dimensions of the generations and of the final set, index, as
 large.py NAME N [WANT...] prints the request."""
 import json
 import math
+import random
 import sys
 
 
@@ -36,6 +37,17 @@ def ladder(n, want=("index", "constraints"), stop=1):
         equations += [f"v{k}' = i{k}" + (f" - i{k + 1}" if k < n else ""),
                       (f"v{k - 1}" if k > 1 else "sin(t)") + f" - v{k} = i{k} + i{k}^3"]
     return (asked(f"{n} cells of a nonlinear ladder", {"form": "equations", "variables": variables, "equations": equations}, {}, ("v1",), want, stop),
+            {"verdict": "unique", "generations": [n], "index": 1})
+
+
+def scattered(n, want=("index", "constraints"), stop=1):
+    """n equations with a derivative and n without, each with unknowns from anywhere: a random graph, whose factors fill. Index 1."""
+    rng = random.Random(n)
+    variables, equations = [f"x{k}" for k in range(n)] + [f"y{k}" for k in range(n)], []
+    for k in range(n):
+        a, b, c, d = (rng.randrange(n) for _ in range(4))
+        equations += [f"x{k}' = -x{k}^3 + y{a} - sin(x{b})", f"y{k}^3 + y{k} = x{k} + x{c}*sin(x{d})/2"]
+    return (asked(f"{n} unknowns that follow from others anywhere", {"form": "equations", "variables": variables, "equations": equations}, {}, ("x1",), want, stop),
             {"verdict": "unique", "generations": [n], "index": 1})
 
 
@@ -208,14 +220,14 @@ def network(n, **more):
     return grid(n, True, **more)
 
 
-FAMILIES = {"chain": chain, "ladder": ladder, "pairs": pairs, "grid": grid, "network": network, "truss": truss, "heat": heat, "stokes": stokes}
+FAMILIES = {"chain": chain, "ladder": ladder, "pairs": pairs, "scattered": scattered, "grid": grid, "network": network, "truss": truss, "heat": heat, "stokes": stokes}
 STIFF = {"web": web}   # asked for as motions; their list of strata takes minutes, so that no measurement of the reduction goes through them
 PLANAR = ("grid", "network", "truss", "heat", "stokes")
 
 
 def sized(name, unknowns):
     """The member of a family that has about so many unknowns of first order."""
-    each = {"chain": 5, "ladder": 2, "pairs": 2.5, "grid": 2, "network": 2, "truss": 5, "heat": 1, "stokes": 3}[name]
+    each = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "truss": 5, "heat": 1, "stokes": 3}[name]
     n = unknowns / each
     return max(3, round(math.sqrt(n))) if name in PLANAR else 2 * max(1, round(n / 2))
 
