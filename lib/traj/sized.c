@@ -17,8 +17,9 @@ double *traj_column_errors(const double *error, int rows, int columns)
     return most;
 }
 
-/* What the natural sizes missed shows in the motion: units grow to the sizes that variables and columns had. Whether any did. */
-static bool look_at_sizes(struct flow *f, const struct traj_request *rq, const double *start, const struct ode_result *o)
+/* What the natural sizes missed shows in the motion: units shrink, and where it fell short grow, to the sizes that variables and columns
+ * had. Whether any did. */
+static bool look_at_sizes(struct flow *f, const struct traj_request *rq, const double *start, const struct ode_result *o, bool fell_short)
 {
     int n = f->n, columns = f->sizes->columns;
     double *variable = sga_calloc((size_t)n + 2 * (size_t)columns + 1, sizeof *variable), *column = variable + n, *y = column + columns;
@@ -31,9 +32,10 @@ static bool look_at_sizes(struct flow *f, const struct traj_request *rq, const d
         for (int j = 0; j < columns; j++)
             column[j] = fmax(column[j], fabs(rq->outputs ? y[j] : x[j]));
     }
-    bool grown = sizes_grow(f->sizes, variable, column);
+    bool changed = sizes_shrink(f->sizes, variable, column);
+    changed |= fell_short && sizes_grow(f->sizes, variable, column);
     free(variable);
-    return grown;
+    return changed;
 }
 
 bool flow_solve(struct flow *f, const struct traj_request *rq, const struct ode_problem *problem, const struct ode_start *start,
@@ -46,8 +48,8 @@ bool flow_solve(struct flow *f, const struct traj_request *rq, const struct ode_
     if (!ode_solve(problem, start, options, o, err))
         return false;
     bool late = options->budget && options->budget->deadline > 0 && sga_now() >= options->budget->deadline;
-    bool wrong = late || o->end.reason == ODE_TIME_LIMIT ? false : o->shortfall || o->end.reason == ODE_NOT_SMOOTH || o->end.reason == ODE_CONSTRAINT_LOST || o->end.reason == ODE_STEP_LIMIT;
-    if (!f->sizes->any || !wrong || !look_at_sizes(f, rq, start->x, o) || !ode_solve(problem, start, options, &again, err))
+    bool wrong = o->shortfall || o->end.reason == ODE_NOT_SMOOTH || o->end.reason == ODE_CONSTRAINT_LOST || o->end.reason == ODE_STEP_LIMIT;
+    if (!f->sizes->any || late || o->end.reason == ODE_TIME_LIMIT || !look_at_sizes(f, rq, start->x, o, wrong) || !ode_solve(problem, start, options, &again, err))
         return true;
     struct ode_result *other = again.count >= o->count ? o : &again;
     ode_result_free(other);

@@ -20,6 +20,8 @@ static const double TIME_WEIGHT = 0.01;
 static const double HINT = 0.1;
 /* What became larger than its unit by more than this had the wrong one. */
 static const double WRONG = 8;
+/* What stayed below this part of its unit was never there. */
+static const double NEVER_THERE = 1e-3;
 
 /* What is given is what the request gives: at the start of a later piece values near 0 are roundings. */
 static const struct traj_request *giver(const struct traj_request *rq) { return rq->sized_by ? rq->sized_by : rq; }
@@ -168,6 +170,26 @@ bool sizes_grow(struct sizes *s, const double *variable, const double *column)
 {
     bool any = grow(s->unit, variable, s->n);
     any |= grow(s->column, column, s->columns);
+    look(s);
+    assert(sizes_sane(s));
+    return any;
+}
+
+static bool shrink(double *unit, const double *value, int n)
+{
+    bool any = false;
+    for (int j = 0; j < n; j++)
+        if (unit[j] > 1 && value[j] < NEVER_THERE * unit[j]) {
+            unit[j] = value[j] > 1 ? power(log2(value[j])) : 1;
+            any = true;
+        }
+    return any;
+}
+
+bool sizes_shrink(struct sizes *s, const double *variable, const double *column)
+{
+    bool any = shrink(s->unit, variable, s->n);
+    any |= shrink(s->column, column, s->columns);
     look(s);
     assert(sizes_sane(s));
     return any;

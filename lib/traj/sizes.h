@@ -26,6 +26,9 @@ void sizes_clear(struct sizes *s);
 /* Units that are far smaller than what their variables and columns became (size: by variable, grown: by column; may be one) grow
  * to it. Whether any did. */
 bool sizes_grow(struct sizes *s, const double *variable, const double *column);
+/* Units above 1, of large variables that begin at 0, shrink to what these became, at the least to 1, where that is far smaller: a term
+ * may have told of a size at which it counts, and where the motion never is. Whether any did. */
+bool sizes_shrink(struct sizes *s, const double *variable, const double *column);
 /* Weights that are far smaller than where the motion starts (x, by variable) grow to it; where it starts at large values, so does `row`. */
 void sizes_met(struct sizes *s, const double *x);
 /* The unit of a value that moves from `value` towards consistency (weights alone, or its own size where that is large). */
