@@ -11,6 +11,7 @@
 const char arguments_usage[] =
     "usage: sga solve FILE [--server URL] [--ca FILE] [--json | --text | --csv | --svg | --npy | --mat]\n"
     "                      [--output FILE] [--wait SECONDS] [--tradeoff-csv FILE] [--tradeoff-svg FILE] [--interpret-only]\n"
+    "                      [--processes N]\n"
     "       sga plot FILE [--columns NAMES] [--x NAME] [--output FILE] [--server URL] [--ca FILE] [--wait SECONDS]\n"
     "       sga code FILE --language L [--output FILE] [--server URL] [--ca FILE] [--wait SECONDS]\n"
     "       sga check FILE [--server URL] [--ca FILE] [--json | --text]\n"
@@ -55,6 +56,7 @@ const char arguments_usage[] =
     "  --tradeoff-csv FILE, --tradeoff-svg FILE\n"
     "                   put the tradeoff that the request wants into a table or an image\n"
     "  --interpret-only make no machine code of formulas in this process: the same answer, later\n"
+    "  --processes N    a sweep that takes long is made by so many processes (1); 0: one for each processor\n"
     "\n"
     "The variable SGA_TOKEN holds the token for a daemon that wants one.\n"
     "\n"
@@ -64,7 +66,7 @@ const char arguments_usage[] =
 static const struct {
     const char *name, *takes, *word;
 } commands[COMMANDS] = {
-    [SOLVE] = { "solve", "sawjtcvnmoXYTSi", "a file" }, [PLOT] = { "plot", "sawXYoi", "a file" }, [CODE] = { "code", "sawloi", "a file" }, [CHECK] = { "check", "sajt", "a file" },
+    [SOLVE] = { "solve", "sawjtcvnmoXYTSip", "a file" }, [PLOT] = { "plot", "sawXYoip", "a file" }, [CODE] = { "code", "sawloi", "a file" }, [CHECK] = { "check", "sajt", "a file" },
     [LIST] = { "list", "sajtuN", NULL }, [GET] = { "get", "sajtcvnmoXYTS", "the id of a job" }, [WAIT] = { "wait", "sawjtcvnmoXYTS", "the id of a job" },
     [CANCEL] = { "cancel", "sajt", "the id of a job" }, [EVENTS] = { "events", "sajt", "the id of a job" }, [READY] = { "ready", "sajt", NULL },
 };
@@ -78,8 +80,9 @@ static const struct {
     { "--csv", 'c', false }, { "--tradeoff-csv", 'T', true }, { "--tradeoff-svg", 'S', true }, { "--interpret-only", 'i', false },
     { "--language", 'l', true }, { "--svg", 'v', false }, { "--npy", 'n', false }, { "--mat", 'm', false },
     { "--output", 'o', true }, { "-o", 'o', true }, { "--columns", 'Y', true }, { "--x", 'X', true }, { "--status", 'u', true }, { "--limit", 'N', true },
+    { "--processes", 'p', true },
 };
-enum { OPTIONS = sizeof options / sizeof *options };
+enum { OPTIONS = sizeof options / sizeof *options, MOST_PROCESSES = 256 };
 
 int bad_usage(const char *what, const char *which)
 {
@@ -92,6 +95,16 @@ bool arguments_seconds(const char *text, double *out)
     char *end;
     *out = strtod(text, &end);
     return end != text && !*end && *out > 0 && *out < 1e9;
+}
+
+static int set_processes(struct arguments *args, const char *value)
+{
+    char *end;
+    long n = strtol(value, &end, 10), processors = sysconf(_SC_NPROCESSORS_ONLN);
+    if (end == value || *end || n < 0 || n > MOST_PROCESSES)
+        return bad_usage("--processes needs a number from 0 to 256, not ", value);
+    args->processes = (int)(n ? n : processors > 1 ? processors : 1);
+    return DONE;
 }
 
 static int set(struct arguments *args, char letter, const char *value)
@@ -114,6 +127,7 @@ static int set(struct arguments *args, char letter, const char *value)
     case 'l': args->language = value; break;
     case 'u': args->status = value; break;
     case 'N': args->limit = value; break;
+    case 'p': return set_processes(args, value);
     case 'w': return arguments_seconds(value, &args->wait) ? DONE : bad_usage("--wait needs a number of seconds, not ", value);
     }
     return DONE;

@@ -17,6 +17,7 @@ struct arguments {
     const char *language;        /* of `sga code`, else NULL */
     const char *status, *limit;  /* of `sga list`, or NULL */
     const char *columns, *x;     /* of an image, or NULL */
+    int processes;               /* for a job of this process */
     const char *output;          /* the file that standard output becomes, or NULL */
     bool json, text, csv, svg, npy, mat, interpret_only;
 };

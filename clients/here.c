@@ -1,5 +1,6 @@
 /* Solving in process: the library's face, nothing more. */
 #include "exec.h"
+#include "here_team.h"
 #include "json_scan.h"
 #include "problem.h"
 #include "progress.h"
@@ -38,12 +39,15 @@ struct stuck {
     struct answer *answer;
     void (*tell)(const struct answer *a);
     struct progress shown;
+    struct sga_team *team;           /* or NULL */
 };
 
 static void told(void *ctx, const char *stage, double fraction, double t)
 {
     (void)t;
     struct stuck *s = ctx;
+    if (s->team && s->team->member)
+        return;
     progress_show(&s->shown, stage, fraction);
 }
 
@@ -51,7 +55,8 @@ static void told(void *ctx, const char *stage, double fraction, double t)
 static bool cancelled(void *ctx)
 {
     struct stuck *s = ctx;
-    progress_again(&s->shown);
+    if (!s->team || !s->team->member)
+        progress_again(&s->shown);
     return false;
 }
 
@@ -59,6 +64,8 @@ static bool cancelled(void *ctx)
 static void wall(void *ctx, const struct sga_error *err)
 {
     struct stuck *s = ctx;
+    if (s->team && s->team->member)
+        _exit(1);                    /* what it had is made by the others */
     progress_end(&s->shown);
     tell(err, s->answer);
     s->tell(s->answer);
@@ -103,14 +110,17 @@ static void set_alarm(const char *request, size_t length, bool readable, bool sh
 
 bool solve_here(const char *request, size_t length, struct answer *a, void (*stuck)(const struct answer *a))
 {
-    struct stuck s = { a, stuck, { .on = false } };
+    struct here_team *team = here_team_new(a->processes);
+    struct stuck s = { a, stuck, { .on = false }, here_team_of(team) };
     progress_begin(&s.shown);
-    struct sga_run_options options = { .wall = wall, .progress = s.shown.on ? told : NULL, .cancelled = s.shown.on ? cancelled : NULL, .ctx = &s, .exec = a->interpret_only ? NULL : sga_exec_new(CODE) };
+    struct sga_run_options options = { .wall = wall, .progress = s.shown.on ? told : NULL, .cancelled = s.shown.on ? cancelled : NULL, .ctx = &s,
+                                       .exec = a->interpret_only ? NULL : sga_exec_new(CODE), .team = s.team };
     struct sga_error err = { 0 };
     sga_init();
     set_alarm(request, length, a->readable, s.shown.on);
     bool ok = sga_run(request, length, &options, &a->text, &err);
     alarm(0);
+    here_team_free(team);
     progress_end(&s.shown);
     sga_exec_free(options.exec);
     if (ok)

@@ -70,7 +70,7 @@ static bool read_wanted(const struct arguments *args, struct sga_buf *out)
 static int solve(const struct arguments *args)
 {
     struct sga_buf request = { 0 };
-    struct answer a = { .readable = show_readable(args), .interpret_only = args->interpret_only };
+    struct answer a = { .readable = show_readable(args), .interpret_only = args->interpret_only, .processes = args->processes };
     int status = FAILED;
     if (read_wanted(args, &request)) {
         const char *text = request.data ? request.data : "";

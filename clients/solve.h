@@ -12,6 +12,7 @@ struct answer {
     char problem[1400];       /* why there is none, for a reader; "" otherwise */
     bool readable;            /* shown as text, not as JSON */
     bool interpret_only;      /* no machine code is made */
+    int processes;            /* that may make it, at most; 0: one */
     bool interrupted;         /* by Ctrl-C, and its job was withdrawn */
 };
 

@@ -14,6 +14,7 @@
 #include "stage_clock.h"
 #include "part.h"
 #include "stage_list.h"
+#include "team.h"
 #include "warnings.h"
 #include "watch.h"
 #include "write.h"
@@ -201,7 +202,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     static const struct sga_run_options none = { 0 };
     const struct sga_run_options *o = options ? options : &none;
     struct sga_error own = { 0 };
-    const struct job first = { .host = { o->max_result, o->progress, o->ctx }, .err = err ? err : &own, .stages = job_stages, .stage = "request" };
+    const struct job first = { .host = { o->max_result, o->progress, o->ctx, o->team }, .err = err ? err : &own, .stages = job_stages, .stage = "request",
+                               .spent = o->team && o->team->member ? o->team->spent : 0 };
     struct run r = { first, o, { .from = MOTION, .to = WRITING, .tell = o->progress ? tell_share : NULL } };
     r.share.ctx = &r.job;
     double begin = sga_now();
@@ -209,6 +211,6 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     if (!again)
         return ok;
     r.job = first;
-    r.job.spent = sga_now() - begin;
+    r.job.spent += sga_now() - begin;
     return run_text(&r, request, length, false, out, &again);
 }

@@ -15,6 +15,8 @@
 #include "error.h"
 #include "exec.h"
 
+struct sga_team;
+
 struct sga_run_options {
     double max_seconds;                 /* server's maximum; 0: 3600 */
     size_t max_memory;                  /* bytes that a job may add to the process; 0: 16 GB */
@@ -29,6 +31,8 @@ struct sga_run_options {
     /* Memory for machine code, made before a sandbox is entered that would forbid it. NULL, or a
      * process that may not run it: formulas are interpreted, and answers are the same to the bit. */
     struct sga_exec *exec;
+    /* Other processes that may make a part of the sets of a long sweep (team.h); NULL: there are none. Answers are the same. */
+    struct sga_team *team;
 };
 
 /* Once in every process that calls sga_run, before the first call: the numerical

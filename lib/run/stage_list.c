@@ -25,17 +25,17 @@ static bool has_mechanical(const struct job *j)
 
 static bool wants_structure(const struct job *j)
 {
-    return j->request->want & REQUEST_STRUCTURE && !j->request->op.open_sources;
+    return !job_helps(j) && j->request->want & REQUEST_STRUCTURE && !j->request->op.open_sources;
 }
 
 static bool wants_symmetries(const struct job *j)
 {
-    return j->request->want & REQUEST_SYMMETRIES;
+    return !job_helps(j) && j->request->want & REQUEST_SYMMETRIES;
 }
 
 static bool wants_kronecker(const struct job *j)
 {
-    return j->request->want & REQUEST_STRUCTURE || answer_operator_is_pencil(j);
+    return !job_helps(j) && (j->request->want & REQUEST_STRUCTURE || answer_operator_is_pencil(j));
 }
 
 static bool wants_linearization(const struct job *j)
@@ -60,7 +60,7 @@ static bool wants_sensitivities(const struct job *j)
 
 static bool wants_derivation(const struct job *j)
 {
-    return j->request->want & REQUEST_DERIVATION && !j->place.depth;
+    return !job_helps(j) && j->request->want & REQUEST_DERIVATION && !j->place.depth;
 }
 
 static bool wants_fit(const struct job *j)
@@ -70,7 +70,7 @@ static bool wants_fit(const struct job *j)
 
 static bool wants_dirac(const struct job *j)
 {
-    return j->request->want & REQUEST_DIRAC && !j->place.depth;
+    return !job_helps(j) && j->request->want & REQUEST_DIRAC && !j->place.depth;
 }
 
 const struct job_stage job_stages[] = {

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE    /* close_range */
 #include "child.h"
 #include "budget.h"
+#include "child_team.h"
 #include "child_wire.h"
 #include "exec.h"
 #include "run.h"
@@ -99,13 +100,18 @@ static void wall(void *ctx, const struct sga_error *err)
     _exit(WALL_EXIT);
 }
 
-static bool run(const char *request, size_t length, const struct allowance *allowed)
+/* helps: with the pieces of a job that runs elsewhere, and that has run for `spent` seconds. */
+static bool run(const char *request, size_t length, const struct allowance *allowed, bool helps, double spent)
 {
     struct running r = { .told_at = 0 };
+    struct child_team team;
+    child_team_begin(&team, SOCKET, &r.cancelled);
+    team.team.member = helps;
+    team.team.spent = spent;
     struct sga_run_options options = {
         .max_seconds = allowed->seconds, .max_memory = allowed->memory, .max_result = allowed->result,
         .progress = progress, .cancelled = cancelled, .wall = wall, .ctx = &r,
-        .exec = allowed->exec,
+        .exec = allowed->exec, .team = &team.team,
     };
     struct sga_buf out = { 0 };
     struct sga_error err = { 0 };
@@ -136,6 +142,21 @@ static bool review(const char *request, size_t length)
     return sent;
 }
 
+static const char TASKS[] = { WIRE_RUN, WIRE_HELP, WIRE_CHECK, WIRE_REVIEW, 0 };
+
+static bool task(uint32_t type, const char *request, size_t length, const struct allowance *allowed)
+{
+    struct wire_help help = { 0 };
+    if (type == WIRE_CHECK || type == WIRE_REVIEW)
+        return (type == WIRE_CHECK ? check : review)(request, length);
+    if (type == WIRE_RUN)
+        return run(request, length, allowed, false, 0);
+    if (length < sizeof help)
+        return false;
+    memcpy(&help, request, sizeof help);
+    return run(request + sizeof help, length - sizeof help, allowed, true, help.spent);
+}
+
 /* Until the socket is closed; the exit code. */
 static int serve(const struct allowance *allowed)
 {
@@ -144,10 +165,10 @@ static int serve(const struct allowance *allowed)
         if (h.type == WIRE_CANCEL)
             continue;                /* it came after the end of its job */
         char *request = malloc((size_t)h.length + 1);
-        if ((h.type != WIRE_RUN && h.type != WIRE_CHECK && h.type != WIRE_REVIEW) || !request || !wire_read(SOCKET, request, h.length))
+        if (!strchr(TASKS, (int)h.type) || !request || !wire_read(SOCKET, request, h.length))
             return 1;
         request[h.length] = 0;
-        bool sent = h.type == WIRE_RUN ? run(request, h.length, allowed) : (h.type == WIRE_CHECK ? check : review)(request, h.length);
+        bool sent = task(h.type, request, h.length, allowed);
         free(request);
         if (!sent)
             return 0;

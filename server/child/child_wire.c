@@ -25,6 +25,13 @@ bool wire_send(int fd, enum wire_type type, uint64_t resident, const void *data,
     return length <= UINT32_MAX && write_all(fd, &h, sizeof h, length ? MSG_MORE : 0) && write_all(fd, data, length, 0);
 }
 
+bool wire_send_two(int fd, enum wire_type type, const void *head, size_t head_length, const void *data, size_t length)
+{
+    struct wire_header h = { type, (uint32_t)(head_length + length), 0 };
+    return head_length + length <= UINT32_MAX && write_all(fd, &h, sizeof h, MSG_MORE) && write_all(fd, head, head_length, length ? MSG_MORE : 0)
+        && write_all(fd, data, length, 0);
+}
+
 bool wire_read(int fd, void *data, size_t length)
 {
     char *p = data;

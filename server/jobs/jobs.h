@@ -152,6 +152,12 @@ void jobs_requeue(struct jobs *js, struct job *job);
 /* The same for a job whose process was killed, which counts as an attempt: once. False: it was
  * done before, and the job is the caller's to end. */
 bool jobs_try_again(struct jobs *js, struct job *job);
+/* A worker has nothing to do, so that a job that runs may have a process more: until jobs_helped. False: there is none. */
+bool jobs_help(struct jobs *js);
+/* Its place is wanted by a worker. */
+bool jobs_help_over(struct jobs *js);
+/* The process is gone, after so many seconds, which its account used. */
+void jobs_helped(struct jobs *js, const struct job *job, double seconds);
 /* A worker tells that no child can be started for it (any more, or again). */
 void jobs_worker_unable(struct jobs *js, bool unable);
 

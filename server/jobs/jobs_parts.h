@@ -67,6 +67,7 @@ struct jobs {
     struct account *accounts, *everyone, *turn;   /* all; of those without a token; the next of the ring */
     unsigned long queue_count, queue_bytes, running;
     long unable;                     /* workers without a child */
+    unsigned long helping;           /* processes beside those that run jobs (helpers.h) */
     struct waiter *all;
     unsigned long waiters, streams;
     uint32_t noted[JOBS_NOTED];      /* digests of interests in ended jobs that were written lately */

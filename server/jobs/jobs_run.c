@@ -138,6 +138,34 @@ bool jobs_try_again(struct jobs *js, struct job *job)
     return again;
 }
 
+bool jobs_help(struct jobs *js)
+{
+    pthread_mutex_lock(&js->lock);
+    bool idle = !js->draining && !js->leaving && !js->stopping && js->unable == 0
+        && js->running + js->helping < (unsigned long)atomic_load(&js->config->workers);
+    js->helping += idle;
+    pthread_mutex_unlock(&js->lock);
+    return idle;
+}
+
+bool jobs_help_over(struct jobs *js)
+{
+    pthread_mutex_lock(&js->lock);
+    bool over = js->stopping || js->running + js->helping > (unsigned long)atomic_load(&js->config->workers);
+    pthread_mutex_unlock(&js->lock);
+    return over;
+}
+
+void jobs_helped(struct jobs *js, const struct job *job, double seconds)
+{
+    pthread_mutex_lock(&js->lock);
+    assert(js->helping > 0);
+    js->helping--;
+    if (!js->shared)
+        quota_ran(job->account, seconds, sga_now());
+    pthread_mutex_unlock(&js->lock);
+}
+
 void jobs_worker_unable(struct jobs *js, bool unable)
 {
     pthread_mutex_lock(&js->lock);

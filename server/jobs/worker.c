@@ -12,6 +12,7 @@
 #include "child.h"
 #include "child_inbox.h"
 #include "config.h"
+#include "helpers.h"
 #include "jobs.h"
 #include "log.h"
 #include "metrics.h"
@@ -30,6 +31,7 @@
 static const double DEADLINE_GRACE = 5, CANCEL_GRACE = 0.8;
 /* A child that grew past FAT bytes is replaced. */
 enum { FAT = 512 << 20, LOOK_MS = 20 };
+enum { HELPERS = 256 };                                   /* as many workers as there may be */
 static const double PAUSE_LEAST = 0.1, PAUSE_MOST = 5;    /* between attempts to start one */
 
 struct worker {
@@ -124,12 +126,26 @@ static void child_walled(struct worker *w, const struct job *job)
     log_event(LOG_L_INFO, "child_at_wall", "job", job_id(job), NULL);
 }
 
+/* What the child asks of others. False: it is gone, or says what is not understood. */
+static bool ask_helpers(struct worker *w, struct helpers *help, const struct child_inbox *in)
+{
+    struct wire_share share;
+    if (in->head.type == WIRE_NEXT)
+        return helpers_next(help, w->child.fd);
+    if (in->head.length != sizeof share)
+        return false;
+    memcpy(&share, in->data, sizeof share);
+    return helpers_share(help, &share, w->child.fd);
+}
+
 /* A whole message; true once it has ended the job. */
-static bool handle(struct worker *w, struct job *job, struct child_inbox *in)
+static bool handle(struct worker *w, struct job *job, struct helpers *help, struct child_inbox *in)
 {
     bool ended = true;
     char how[128];
-    if (in->head.type == WIRE_PROGRESS && in->head.length == sizeof(struct wire_progress)) {
+    if ((in->head.type == WIRE_SHARE || in->head.type == WIRE_NEXT) && ask_helpers(w, help, in)) {
+        ended = false;
+    } else if (in->head.type == WIRE_PROGRESS && in->head.length == sizeof(struct wire_progress)) {
         struct wire_progress p;
         memcpy(&p, in->data, sizeof p);
         p.stage[sizeof p.stage - 1] = 0;
@@ -202,26 +218,31 @@ static void too_large(struct worker *w, struct job *job, size_t length)
     fail(w, job, SGA_E_LIMIT_RESULT, detail);
 }
 
-static void watch(struct worker *w, struct job *job, double deadline)
+static void watch(struct worker *w, struct job *job, struct helpers *help, double deadline)
 {
     struct child_inbox in = { .data = NULL };
     bool cancelling = false;
     for (bool first = true;; first = false) {
-        struct pollfd p[2] = { { .fd = w->child.fd, .events = POLLIN }, { .fd = w->wake, .events = POLLIN } };
+        struct pollfd p[2 + HELPERS] = { { .fd = w->child.fd, .events = POLLIN }, { .fd = w->wake, .events = POLLIN } };
+        int others = helpers_poll(help, p + 2, HELPERS);
         double left = deadline - sga_now();
         if (left <= 0) {
             deadline_passed(w, job, cancelling);
             break;
         }
-        poll(p, 2, first ? 0 : left > 3600 ? 3600000 : (int)(left * 1000) + 1);
+        poll(p, (nfds_t)(2 + others), first ? 0 : left > 3600 ? 3600000 : (int)(left * 1000) + 1);
         /* On the first turn the eventfd is read in any case: a cancellation may have come
          * between the claim and now. */
         if ((first || p[1].revents) && woken(w, job, &deadline, &cancelling))
             break;
+        if (others && !helpers_look(help, w->child.fd)) {
+            child_died(w, job);
+            break;
+        }
         if (!p[0].revents)
             continue;
         enum received r = child_receive(&in, w->child.fd, (size_t)w->config->result_limit);
-        if (r == RECEIVED_WHOLE && handle(w, job, &in))
+        if (r == RECEIVED_WHOLE && handle(w, job, help, &in))
             break;
         if (r == RECEIVED_END) {
             child_died(w, job);
@@ -254,10 +275,12 @@ static void run_job(struct worker *w, struct job *job)
     }
     w->serves = account;
     double deadline = sga_now() + jobs_seconds(w->config, request, length) + DEADLINE_GRACE;
+    struct helpers *help = helpers_new(w->config, w->jobs, w->metrics, job, request, length);
     if (!wire_send(w->child.fd, WIRE_RUN, 0, request, length))
         child_died(w, job);
     else
-        watch(w, job, deadline);
+        watch(w, job, help, deadline);
+    helpers_free(help);
 }
 
 static void *worker_main(void *arg)

@@ -27,6 +27,7 @@ import proxies  # noqa: E402
 import refusals  # noqa: E402
 import shared as several  # noqa: E402
 import store  # noqa: E402
+import team  # noqa: E402
 import turns  # noqa: E402
 import upgrade  # noqa: E402
 import watch  # noqa: E402
@@ -53,6 +54,7 @@ OWN = [
     framing,
     packed,
     upgrade,
+    team,
     several,
     chaos,
     proxies,

@@ -39,6 +39,7 @@ import proxies  # noqa: E402
 import refusals  # noqa: E402
 import shared  # noqa: E402
 import store  # noqa: E402
+import team  # noqa: E402
 import upgrade  # noqa: E402
 import watch  # noqa: E402
 from common import Checks  # noqa: E402
@@ -49,12 +50,12 @@ from tally import Tally  # noqa: E402
 
 # One daemon of its own for each test of those that share one.
 SHARED = endpoints.ALL + check.ALL + page.SHARED + refusals.ALL + framing.SHARED + packed.SHARED
-OWN = [t for module in (life, limits, isolation, kill, load, store, access, audit, watch, command, faults, power, framing, packed, upgrade, shared, chaos, proxies, page) for t in module.ALL]
+OWN = [t for module in (life, limits, isolation, kill, load, store, access, audit, watch, command, faults, power, framing, packed, upgrade, team, shared, chaos, proxies, page) for t in module.ALL]
 # No turn for them, and why.
 WITHOUT = {
     "page_sources": "no daemon", "page_vendored": "no daemon", "unit": "no daemon", "trials": "no daemon", "power": "a shim of its own, which records what reaches the disk",
     "many_requests": "a count of what is lost, of a daemon without faults", "soak": "the same", "shared_chaos": "faults of its own, and a count of what is lost",
-    "proxies": "about programs in front of the daemon",
+    "proxies": "about programs in front of the daemon", "processes": "no daemon",
 }
 # What a test itself takes away is no promise any more; all else is.
 DAMAGE = {"damaged": "requests are changed in the queue, and it is put back as it was before"}                      # nothing that was told counts

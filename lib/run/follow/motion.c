@@ -145,7 +145,7 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
         j->initial_residuals = solution->constraints;
     }
     if (j->request->want & REQUEST_TRAJECTORY && j->request->sweeps)
-        return answer_sweep(j, solution, r, (struct sweep_modes){ pieces, set_pieces, tell_pieces, unset_pieces });
+        return answer_sweep(j, solution, r, (struct sweep_modes){ pieces, set_pieces, tell_pieces, unset_pieces, pieces->modes || pieces->slides });
     if (j->request->want & REQUEST_TRAJECTORY) {
         stage_begin(j->clock, STAGE_TRAJECTORY);
         if (!integrate(j, solution, r))

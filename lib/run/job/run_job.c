@@ -10,6 +10,7 @@
 #include "reduction.h"
 #include "request.h"
 #include "system.h"
+#include "team.h"
 #include "tolerance.h"
 #include "warnings.h"
 
@@ -97,6 +98,11 @@ bool job_leaves_out(struct job *j, double deadline, const char *pointer, const c
     *j->err = (struct sga_error){ 0 };
     sga_warn(j->budget, SGA_W_WORK_CUT, pointer, "the limit of %g seconds was reached: the motion is kept, without %s; raise limits.seconds", j->budget->seconds, what);
     return true;
+}
+
+bool job_helps(const struct job *j)
+{
+    return j->host.team && j->host.team->member;
 }
 
 size_t answer_limit(const struct job *j)

@@ -26,6 +26,7 @@ struct sga_buf;
 struct sga_budget;
 struct sga_error;
 struct sga_solution;
+struct sga_team;
 struct sga_warnings;
 struct sga_witness;
 struct slides;
@@ -56,6 +57,7 @@ struct job {
         size_t most_result;       /* bytes; 0: 1 GB */
         void (*progress)(void *ctx, const char *stage, double fraction, double t);   /* or NULL; t: job_progress_at */
         void *ctx;
+        struct sga_team *team;    /* or NULL */
     } host;
     const struct job_stage *stages;
     struct sga_budget *budget;    /* in mem, or the owner's */
@@ -151,6 +153,9 @@ bool job_has_left(const struct job *j);
  * pointer names it by `what`, and the error is forgotten). */
 double job_shorten(struct job *j);
 bool job_leaves_out(struct job *j, double deadline, const char *pointer, const char *what);
+
+/* Whether this process only helps another one with the sets of a sweep (team.h): it writes no answer. */
+bool job_helps(const struct job *j);
 
 /* Bytes that the result may have. */
 size_t answer_limit(const struct job *j);

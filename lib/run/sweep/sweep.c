@@ -14,10 +14,10 @@
 #include "mem.h"
 #include "budget.h"
 #include "request.h"
-#include "share.h"
 #include "stage_clock.h"
 #include "stratum.h"
 #include "sweep_case.h"
+#include "sweep_team.h"
 #include "warnings.h"
 #include "write.h"
 
@@ -100,15 +100,8 @@ static bool from_start(struct job *j, const struct sga_solution *s, const struct
     return found;
 }
 
-/* What members leave. */
-struct left {
-    int moved;       /* starts that were */
-    int found;       /* motions */
-    bool late;       /* one had none for want of time */
-};
-
 /* One member. False: the job ends. */
-static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct left *left,
+static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct sweep_left *left,
                 struct sga_json *w)
 {
     struct request_trajectory *t = &j->request->trajectory;
@@ -162,7 +155,7 @@ static bool too_short(struct job *j)
 }
 
 /* The time ended in a member (*why), or before it: it says so. False: that is no answer, as nothing had a motion before. */
-static bool late(struct job *j, const struct request_sweep *m, struct sga_error *why, const struct left *left, struct sga_json *w)
+static bool late(struct job *j, const struct request_sweep *m, struct sga_error *why, const struct sweep_left *left, struct sga_json *w)
 {
     if (!left->found)
         return too_short(j);
@@ -173,7 +166,7 @@ static bool late(struct job *j, const struct request_sweep *m, struct sga_error 
 }
 
 /* A member within the time that members have. */
-static bool in_time(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct left *left,
+static bool in_time(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct sweep_left *left,
                     struct sga_json *w)
 {
     double deadline = j->budget->deadline;
@@ -193,39 +186,43 @@ static bool in_time(struct job *j, const struct sga_solution *s, struct traj_req
     return late(j, m, &why, left, w);
 }
 
-bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request, struct sweep_modes modes)
+/* What each member is made of. */
+struct sweep {
+    struct job *j;
+    const struct sga_solution *solution;
+    struct traj_request request;
+    struct sweep_modes modes;
+    const unsigned char *single;
+};
+
+static char *make_set(void *of, int set, struct sweep_left *left)
 {
-    struct traj_request r = *request;
+    struct sweep *s = of;
     struct sga_buf out = { 0 };
     struct sga_json w;
+    sga_json_begin(&w, &out);
+    if (in_time(s->j, s->solution, &s->request, s->modes, s->j->request->sweep + set, s->single, left, &w))
+        return sga_buf_take(&out);
+    sga_buf_free(&out);
+    return NULL;
+}
+
+bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request, struct sweep_modes modes)
+{
     assert(j->request->sweeps > 0 && !j->trajectory);
     if (!one_for_all(j, s))
         return false;
     stage_begin(j->clock, STAGE_TRAJECTORY);
-    bool ok = true;
-    struct left left = { 0 };
+    struct sweep_left left = { 0 };
     struct traj_result result;               /* of one after the other */
-    j->trajectory = &result;
-    r.programs = num_jet_programs_new();
     SGA_FREED unsigned char *single = j->request->swept_count ? sweep_case_single(&j->request->store, s) : NULL;
-    sga_json_begin(&w, &out);
-    sga_json_array(&w);
-    struct sga_share *share = j->budget->share, whole = share ? *share : (struct sga_share){ 0 };
-    for (int k = 0; k < j->request->sweeps && ok; k++) {
-        double each = (whole.to - whole.from) / j->request->sweeps;
-        if (share)
-            share->from = whole.from + k * each, share->to = share->from + each;
-        ok = in_time(j, s, &r, modes, j->request->sweep + k, single, &left, &w);
-    }
-    if (ok && !left.found && left.late)
-        ok = too_short(j);
-    if (share)
-        share->from = whole.from, share->to = whole.to;
-    sga_json_end_array(&w);
-    num_jet_programs_free(r.programs);
-    j->sweep = sga_buf_take(&out);
+    struct sweep sweep = { j, s, *request, modes, single };
+    sweep.request.programs = num_jet_programs_new();
+    j->trajectory = &result;
+    j->sweep = sweep_all(j, j->request->sweeps, modes.keeps, (struct sweep_maker){ &sweep, make_set }, &left);
     j->trajectory = NULL;
+    num_jet_programs_free(sweep.request.programs);
     if (left.moved)
         sga_warn(j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", left.moved, left.moved > 1 ? "s" : "");
-    return ok;
+    return j->sweep && (left.found || !left.late || too_short(j));
 }

@@ -18,6 +18,7 @@ struct sweep_modes {
     const struct traj_request *(*set)(void *of, int set, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err);
     void (*tell)(void *of);      /* its motion is there, */
     void (*unset)(void *of);     /* and its system ends */
+    bool keeps;                  /* the job keeps what it is told */
 };
 
 /* Runs the members of the request's sweep, everything but the start as in `request`, into
