@@ -2,7 +2,7 @@
 
 Each is a change of one operator, constant or condition in a copy of the sources (folders of lib/; sga, traj, points, ode, poly and
 request unless named). What is built of it must fail some test: the unit tests of its folder, then the suites of SUITES at a small scale, every
-tenth case last. What no test sees is printed: a test is missing there, or the code does not matter. SGA_TEST_SEED
+tenth case last; what these do not see is shown to WHOLE, as they run in `make test`. What no test sees is printed: a test is missing there, or the code does not matter. SGA_TEST_SEED
 repeats a run. Ends with the share of errors that were seen, which it puts into doc/developer.md; a process that takes far more of a processor than
 the right code does counts as seen.
 """
@@ -25,6 +25,7 @@ SKIP = re.compile(r"^\s*(\*|/\*|//|#|enum|struct|static const|[A-Z_]+\()|sga_fai
 # After the unit tests, those that take least first; each at a small scale.
 SUITES = ["hard_sets", "products_check", "switch_check", "slide_check", "units_check", "parameter_cases", "order_check", "start_check", "kepler_check", "spelling_check", "tables_check",
           "cut_check", "cases"]
+WHOLE = ["cases", "order_check", "slide_check", "switch_check"]
 TURN, TIMES = 30, 10  # seconds of a processor for one process: so many times what the right code took, and these at least; a loaded machine changes nothing
 HANGS = 7200          # seconds: nothing that computes gets here; what sleeps for ever does
 
@@ -34,7 +35,7 @@ took = {}             # seconds of a processor that the right code took, by comm
 
 def run(command, cwd, env=None, right=False):
     """Its status. right: of the right code, which shows what it takes."""
-    key, before = tuple(command), resource.getrusage(resource.RUSAGE_CHILDREN)
+    key, before = (*command, *sorted((env or {}).items())), resource.getrusage(resource.RUSAGE_CHILDREN)
     turn = int(max(TURN, TIMES * took.get(key, 0)))
     try:
         status = subprocess.run(command, cwd=cwd, capture_output=True, timeout=HANGS, check=False, env={**os.environ, **(env or {})},
@@ -86,6 +87,9 @@ def seen(tree, build, folders, path=None):
     for name in SUITES:
         if run([python, f"tests/{name}.py", build], tree, env, right) != 0:
             return name
+    for name in WHOLE:
+        if run([python, f"tests/{name}.py", build], tree, {"PYTHONDONTWRITEBYTECODE": "1"}, right) != 0:
+            return f"the whole of {name}"
     return ""
 
 
