@@ -8,6 +8,7 @@
 - computed motions beside an equilibrium against exp(A t);
 - symbolic linearizations, at random places: the given equations' matrices against the numeric linearization there, the state form's against difference
   quotients of the reduced field in its own coordinates;
+- freedom that is taken of least norm: random constant systems in rational arithmetic, and a nonlinear one against difference quotients;
 Refusals are cases as others are.
 """
 import json
@@ -261,6 +262,90 @@ class Check:
             result, problem = self.solver.solve({"system": system, "want": ["linearization"], "linearization": {"symbolic": True, **ask}})
             self.tally.check(result is None and problem["code"] == code and problem["pointer"] == place, f"symbolic, refused: {label}", str(problem or result))
 
+    def least_norm(self, k):
+        """P x' = Q x, C x = 0, of full rank together, with rows for the inputs' rates: velocities by the normal equations, in rational arithmetic."""
+        n = random.randint(3, 6)
+        c, p = random.randint(0, 1), random.randint(1, n - 2)
+        m = random.randint(0, n - c - p)
+
+        def entries(rows, cols):
+            return sympy.Matrix(rows, cols, [sympy.Rational(random.randint(-3, 3), random.randint(1, 2)) for _ in range(rows * cols)])
+        P, Q, C = entries(p, n), entries(p, n), entries(c, n)
+        inputs = sorted(random.sample(range(n), m))
+        K = sympy.Matrix.vstack(P, C, sympy.Matrix(m, n, lambda i, j: int(inputs[i] == j)))
+        if K.rank() < K.rows or (c and sympy.Matrix([[C[0, j] for j in range(n) if j not in inputs]]).is_zero_matrix):
+            return
+        names = [f"x{j}" for j in range(n)]
+
+        def text(row, tail=""):
+            return " + ".join(f"({v})*{names[j]}{tail}" for j, v in enumerate(row)) or "0"
+        request = {"system": {"form": "equations", "variables": names, "equations": [f"{text(P.row(i), chr(39))} = {text(Q.row(i))}" for i in range(p)] + [f"{text(C.row(i))} = 0" for i in range(c)]},
+                   "want": ["linearization", "index"], "linearization": {"gauge": "least norm", "inputs": [names[j] for j in inputs]}}
+        result = self.solve(f"least norm {k}", request)
+        if result is None:
+            return
+        (item,) = result["linearization"]
+        state = [names.index(z) for z in item["state"]["names"]]
+        solve = K.T * (K * K.T).inv()
+        rate, moved = solve[:, :p] * Q, solve[:, p + c:]
+        # x by the states and inputs, from C x = 0
+        chosen = state + inputs
+        follow = [j for j in range(n) if j not in chosen]
+        phi = sympy.zeros(n, len(chosen))
+        for i, j in enumerate(chosen):
+            phi[j, i] = 1
+        if follow:
+            phi[follow[0], :] = -C.extract([0], chosen) / C[0, follow[0]]
+        full, b = rate.extract(state, list(range(n))) * phi, moved.extract(state, list(range(m)))
+        A, B = full[:, :len(state)], full[:, len(state):]
+        self.tally.check((item.get("gauge") == "least norm") == (K.rows < n), f"least norm {k}: is said", f"{item.get('gauge')}, {K.rows} of {n}")
+        shift = numbers(item["state"]["shift"], m) if "shift" in item["state"] else sympy.zeros(len(state), m)
+        self.tally.check(len(state) == n - c - m and numbers(item["state"]["A"], len(state)) == A and shift == b and numbers(item["state"]["B"], m) == B + A * b, f"least norm {k}",
+                         f"{request} {item['state']} {A} {B} {b}")
+
+    def least_norm_along(self):
+        """A nonlinear system: the field of least norm at places of its set, differentiated there; the symbolic form too."""
+        names = ["x", "y", "z", "w"]
+        system = {"form": "equations", "variables": names, "equations": ["x' + y*z' = y + w", "y' - x*z' + w' = sin(x)", "z = x*y"]}
+
+        def velocity(v):
+            K = mpmath.matrix([[1, 0, v["y"], 0], [0, 1, -v["x"], 1], [-v["y"], -v["x"], 1, 0]])
+            return K.T * mpmath.lu_solve(K * K.T, mpmath.matrix([v["y"] + v["w"], mpmath.sin(v["x"]), 0]))
+        places = [{"x": 0.4, "y": -0.7, "w": 0.2}, {"x": -1.1, "y": 0.3, "w": 0.9}]
+        ask = {"gauge": "least norm", "outputs": ["z*w"]}
+        result = self.solve("least norm along", {"system": system, "want": ["linearization"], "linearization": {**ask, "at": [{"values": v} for v in places]}})
+        written = self.solve("least norm, symbolic", {"system": system, "want": ["linearization"], "linearization": {**ask, "symbolic": True}})
+        if result is None or written is None:
+            return
+        for item in result["linearization"]:
+            for state, given in ((item["state"], item["state"]["A"]), (written["linearization"][0]["state"], None)):
+                free = state["names"]
+                if given is None:
+                    given = self.at_place(state["A"], {**item["point"], "t": 0})
+
+                def along(name, h):
+                    v = {k: mpmath.mpf(item["point"][k]) for k in names}
+                    v[name] += h
+                    follow = next(k for k in names if k not in free)
+                    v[follow] = {"z": lambda: v["x"] * v["y"], "x": lambda: v["z"] / v["y"], "y": lambda: v["z"] / v["x"]}[follow]()
+                    return [velocity(v)[names.index(k)] for k in free]
+                for col, name in enumerate(free):
+                    h = mpmath.mpf(10) ** -8
+                    slope = [(a - b) / (2 * h) for a, b in zip(along(name, h), along(name, -h))]
+                    self.tally.check(close(slope, [mpmath.mpf(row[col]) for row in given], 1e-7), f"least norm along {free}", f"{name}: {slope} {given}")
+
+    def least_norms(self):
+        for k in range(scaled(40)):
+            self.least_norm(k)
+        self.least_norm_along()
+        for label, ask, code, place in [("a choice of another name", {"gauge": "least"}, "invalid_request", "/linearization/gauge"),
+                                        ("a determined input", {"gauge": "least norm", "inputs": ["s"]}, "inputs_mismatch", "/linearization/inputs"),
+                                        ("inputs that depend on each other", {"gauge": "least norm", "inputs": ["p", "q"]}, "inputs_mismatch", "/linearization/inputs"),
+                                        ("no choice", {"inputs": ["p"]}, "inputs_mismatch", "/linearization/inputs")]:
+            request = {"system": {"form": "equations", "variables": ["p", "q", "r", "s"], "equations": ["p' = q' + r", "s' = -s"]}, "want": ["linearization"], "linearization": ask}
+            result, problem = self.solver.solve(request)
+            self.tally.check(result is None and problem["code"] == code and problem["pointer"] == place, f"least norm, refused: {label}", str(problem or result))
+
     def run(self):
         random.seed(seed(18))
         with open(os.path.join(ROOT, "tests", "cases", "linearization.json"), encoding="utf-8") as f:
@@ -271,6 +356,7 @@ class Check:
         for k in range(scaled(25)):
             self.built(k)
         self.symbolics()
+        self.least_norms()
         return self.tally.end()
 
 

@@ -54,7 +54,8 @@ static bool refuse_freedom(const struct linear_request *rq, const unsigned char 
         snprintf(names + n, sizeof names - n, "%s%.40s", n ? ", " : "", name_of(rq, j));
     }
     return sga_fail_at(err, SGA_E_INPUTS, "/linearization/inputs", "the equations leave %d function%s of time to be chosen that no input names; it moves %s: name "
-                       "inputs among them in %s, or add equations that determine them", left, left == 1 ? "" : "s", names, rq->said_in);
+                       "inputs among them in %s, %sor add equations that determine them", left, left == 1 ? "" : "s", names, rq->said_in,
+                       strcmp(rq->said_in, "linearization.inputs") ? "" : "take what they leave of least norm (linearization.gauge), ");
 }
 
 /* The gauge's components of the inputs that are variables, a row each. */

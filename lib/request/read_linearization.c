@@ -77,16 +77,28 @@ static bool read_symbolic(struct reader *rd, const json_t *v, const json_t *at, 
     return at_fail(rd, SGA_E_SCHEMA, "a symbolic linearization is about any point: leave out \"at\", or \"symbolic\"");
 }
 
+static bool read_gauge(struct reader *rd, const json_t *v, struct request_linearization *l)
+{
+    static const char *const word[] = { "inputs", "least norm" };
+    size_t mark = at_member(rd, "gauge");
+    int k = read_word(rd, v, word, 2, "a choice of what no input names");
+    if (k < 0)
+        return false;
+    l->least_norm = k == 1;
+    at_back(rd, mark);
+    return true;
+}
+
 bool read_linearization(struct reader *rd, const json_t *v)
 {
-    static const char *const members[] = { "at", "inputs", "outputs", "symbolic", NULL };
+    static const char *const members[] = { "at", "inputs", "outputs", "symbolic", "gauge", NULL };
     struct request_linearization *l = &rd->r->linearization;
     size_t mark = at_member(rd, "linearization");
     if (!only_members(rd, v, members))
         return false;
-    const json_t *at = json_object_get(v, "at"), *symbolic = json_object_get(v, "symbolic");
+    const json_t *at = json_object_get(v, "at"), *symbolic = json_object_get(v, "symbolic"), *gauge = json_object_get(v, "gauge");
     l->has = true;
-    if (symbolic && !read_symbolic(rd, symbolic, at, l))
+    if ((symbolic && !read_symbolic(rd, symbolic, at, l)) || (gauge && !read_gauge(rd, gauge, l)))
         return false;
     if ((at && !read_at(rd, at, l)) || !read_ports(rd, v, &l->ports))
         return false;

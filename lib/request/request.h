@@ -211,6 +211,7 @@ enum request_at { REQUEST_AT_START, REQUEST_AT_SAMPLES, REQUEST_AT_PLACES };
 struct request_linearization {
     bool has;
     bool symbolic;                         /* about any point, as expressions */
+    bool least_norm;                       /* of freedom that no input names, else refused */
     enum request_at at;
     struct request_place *place; int places;
     struct request_ports ports;

@@ -37,7 +37,7 @@ void ask_begin(struct ask_work *s, struct job *j, const struct request_ports *p,
     *s = (struct ask_work){ .j = j, .rq = { .sys = &r->system, .sol = j->solution, .oracle = j->oracle, .said_in = "linearization.inputs", .output = own ? p->output : r->output,
                                             .outputs = own ? p->outputs : r->outputs, .budget = j->budget } };
     set_inputs(s, p);
-    s->ports = (struct linear_ports){ s->rq.input, s->rq.inputs, own ? p->output_text : r->output_name, s->rq.outputs };
+    s->ports = (struct linear_ports){ s->rq.input, s->rq.inputs, own ? p->output_text : r->output_name, s->rq.outputs, NULL };
     sga_json_begin(&s->json, out);
 }
 

@@ -2,6 +2,7 @@
 #include "ask.h"
 
 #include "ask_work.h"
+#include "linear_least.h"
 #include "linear_symbolic.h"
 #include "request.h"
 #include "run_job.h"
@@ -49,7 +50,7 @@ bool answer_linearization(struct job *j)
     if (!j->request->linearization.ports.says_inputs)
         ask_drop_determined(&s);
     sga_json_array(&s.json);
-    bool ok = everywhere(&s);
+    bool ok = (!j->request->linearization.least_norm || linear_least_norm(&s)) && everywhere(&s);
     sga_json_end_array(&s.json);
     sga_arena_end(&s.mem);
     return ok;

@@ -61,7 +61,7 @@ static bool refuse_freedom(const struct symbolic *y, int left)
             sga_buf_printf(&names, "%s%.40s", listed++ ? ", " : "", answer_variable_name(y->s->j, j));
     }
     return sga_fail_at(y->err, SGA_E_INPUTS, "/linearization/inputs", "the equations leave %d function%s of time to be chosen that no input names; it moves %.400s: name "
-                       "inputs among them in %s, or add equations that determine them", left, left == 1 ? "" : "s", names.data, y->rq->said_in);
+                       "inputs among them in %s, take what they leave of least norm (linearization.gauge), or add equations that determine them", left, left == 1 ? "" : "s", names.data, y->rq->said_in);
 }
 
 /* X + sum of f Y with Y_u f = -X_u: rows [Y_u | -X_u] by elimination. */

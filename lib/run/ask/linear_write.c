@@ -69,6 +69,8 @@ void linear_write_ports(const struct linear_ports *p, struct sga_json *w)
     for (int k = 0; k < p->outputs; k++)
         sga_json_string(w, p->output[k]);
     sga_json_end_array(w);
+    if (p->gauge)
+        sga_json_member_string(w, "gauge", p->gauge);
 }
 
 static void write_state(const struct job *j, const struct linearization *l, struct sga_json *w)
