@@ -4,6 +4,8 @@
   arithmetic at random s;
 - poles, zeros and their multiplicities of matrices that were built from chosen Smith-McMillan forms;
 - the response against the same expression at i omega in 40 digits;
+- systems whose coefficients move with time: the fraction of operators against the derivatives of outputs along motions, in rational arithmetic, and the same
+  for mixed equations, other coordinates, and with modes that no input reaches;
 - nonlinear systems at an equilibrium: the response against an answer's own linearization.
 """
 import json
@@ -191,6 +193,71 @@ class Check:
             self.tally.check(t["matrix"] is None and abs(mpmath.mpc(row[1], row[2]) - expected) <= (t["response"]["relative_error"] + 1e-14) * abs(expected),
                              "pendulum held aside: response", str(t))
 
+    def moving(self, k):
+        """x' = F x + G u, y = C x + D u over Q[t], z = H x + K u beside it, in equations mixed by a regular matrix."""
+        t, T = sympy.Symbol("t"), range
+        n, m, p = random.randint(1, 3), random.randint(1, 2), random.randint(1, 2)
+        dead = random.randint(0, 1) if n > 1 else 0         # the last states are reached by no input, nor by the others
+
+        def entry(degree=1):
+            return sum(sympy.Rational(random.randint(-2, 2)) * t**i for i in T(degree + 1))
+
+        def matrix(rows, cols, degree=1):
+            return sympy.Matrix(rows, cols, [entry(degree) for _ in T(rows * cols)])
+        F, G, C, D, H, K = matrix(n, n), matrix(n, m), matrix(p, n), matrix(p, m, 0), matrix(1, n), matrix(1, m)
+        for i in T(n - dead, n):
+            G[i, :] = sympy.zeros(1, m)
+            for j in T(n - dead):
+                F[i, j] = 0
+        x, u = [f"x{i}" for i in T(n)], [f"u{i}" for i in T(m)]
+
+        def row(M, i, names, tail=""):
+            return " + ".join(f"({str(M[i, j]).replace('**', '^')})*{name}{tail}" for j, name in enumerate(names))
+        plain = [f"x{i}' - ({row(F, i, x)}) - ({row(G, i, u)})" for i in T(n)] + [f"z - ({row(H, 0, x)}) - ({row(K, 0, u)})"]
+        mixed = [f"({e}) + ({random.randint(-2, 2)} + t)*({plain[(i + 1) % len(plain)]})" if i < len(plain) - 1 else f"({e})*(t^2 + 1)" for i, e in enumerate(plain)]
+        outputs = [f"{row(C, i, x)} + {row(D, i, u)}" for i in T(p)]
+        answers = []
+        for label, equations in (("plain", plain), ("mixed", mixed)):
+            names = [*x, "z", *u]
+            random.shuffle(names)
+            got = self.solve(f"moving {k}, {label}", {"system": {"form": "equations", "variables": names, "equations": [f"{e} = 0" for e in equations]}, "want": ["transfer"],
+                                                      "transfer": {"inputs": u, "outputs": outputs}})
+            if got is None:
+                return
+            answers.append(got)
+        if "fraction" not in answers[0]:                    # it was constant after all
+            return
+        self.tally.check(answers[0]["fraction"] == answers[1]["fraction"], f"moving {k}: the same however mixed", f"{answers[0]} {answers[1]}")
+        left, right = ([[[sympy.sympify(c.replace("^", "**"), rational=True) for c in e] for e in r] for r in answers[0]["fraction"][key]] for key in ("left", "right"))
+        order = max([len(e) for r in left + right for e in r] + [1])
+        signal = sympy.Matrix(m, 1, [entry(3) for _ in T(m)])
+        start = sympy.Matrix(n, 1, [sympy.Rational(random.randint(-5, 5)) if i < n - dead else 0 for i in T(n)])
+        derived, M, r = [], C, D * signal
+        for _ in T(order):                                   # y^(i) = M x + r
+            derived.append((M, r))
+            M, r = (M.diff(t) + M * F).applyfunc(sympy.expand), (r.diff(t) + M * G * signal).applyfunc(sympy.expand)
+        at = sympy.Rational(random.randint(20, 90), 37)
+        y = [(M * start + r).subs(t, at) for M, r in derived]
+        v = [signal.diff(t, i).subs(t, at) if i else signal.subs(t, at) for i in T(order)]
+        for i in T(p):
+            total = sum(c.subs(t, at) * y[d][j] for j in T(p) for d, c in enumerate(left[i][j])) - sum(c.subs(t, at) * v[d][j] for j in T(m) for d, c in enumerate(right[i][j]))
+            self.tally.check(total == 0, f"moving {k}: row {i}", f"{answers[0]['fraction']} {F} {G} {C} {D}")
+        orders = [max(len(e) for e in r) for r in left]
+        self.tally.check(answers[0]["proper"] and answers[0]["strictly_proper"] == all(len(e) < orders[i] for i, r in enumerate(right) for e in r), f"moving {k}: proper", str(answers[0]))
+        self.tally.check(sum(orders) - p <= n - dead, f"moving {k}: no more modes than inputs reach", f"{left} {n} {dead}")
+
+    def moving_refused(self):
+        cases = [("frequencies", ["x' = t*x + u"], {"inputs": ["u"], "outputs": ["x"], "frequencies": [1]}, "not_supported", "/transfer/frequencies"),
+                 ("inputs bound", ["x' = t*x + u", "u = t"], {"inputs": ["u"], "outputs": ["x"]}, "inputs_mismatch", "/transfer/inputs"),
+                 ("an output left open", ["x' = t*w + u"], {"inputs": ["u"], "outputs": ["x"]}, "inputs_mismatch", "/transfer/outputs"),
+                 ("no rational function", ["x' = sin(t)*x + u"], {"inputs": ["u"], "outputs": ["x"]}, "not_supported", "/want"),
+                 ("no linear system", ["x' = t*x^2 + u"], {"inputs": ["u"], "outputs": ["x"]}, "not_supported", "/want")]
+        for label, equations, ask, code, place in cases:
+            names = ["x", "u"] + (["w"] if "w" in equations[0] else [])
+            result, problem = self.solver.solve({"system": {"form": "equations", "variables": names, "equations": equations}, "want": ["transfer"], "transfer": ask,
+                                                 "trajectory": {"initial": {"x": 0, "u": 0}}})
+            self.tally.check(result is None and problem["code"] == code and problem["pointer"] == place, f"moving, refused: {label}", str(problem or result))
+
     def text(self):
         """sga solve --text shows every member of the result, or says which it leaves out."""
         request = {"system": {"form": "descriptor", "states": ["x"], "inputs": ["u"], "outputs": ["y"], "A": [[-1]], "B": [[1]], "C": [[1]]},
@@ -215,6 +282,9 @@ class Check:
             self.built(k)
         self.equilibrium()
         self.text()
+        for k in range(scaled(40)):
+            self.moving(k)
+        self.moving_refused()
         return self.tally.end()
 
 

@@ -61,7 +61,7 @@ static bool is_rational(enum expr_op op)
     return op == EXPR_ADD || op == EXPR_SUB || op == EXPR_MUL || op == EXPR_DIV || op == EXPR_NEG || op == EXPR_POWI;
 }
 
-static bool only_affine(const struct linear_gradients *g, const expr_id *e, int count)
+bool linear_gradients_rational(const struct linear_gradients *g, const expr_id *e, int count)
 {
     SGA_ENDS(expr_cone_clear) struct expr_cone cone = { 0 };
     SGA_ARENA(mem);
@@ -87,7 +87,7 @@ bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e,
     for (int i = 0; i < count * g->cols; i++)
         if (table[i] && !expr_is_const(g->st, table[i]))
             return false;
-    return only_affine(g, e, count);
+    return linear_gradients_rational(g, e, count);
 }
 
 bool linear_gradients_constant(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table)
@@ -102,7 +102,7 @@ bool linear_gradients_constant(const struct linear_gradients *g, const expr_id *
             if (expr_op_of(g->st, cone.list[k]) == EXPR_SYM)
                 return false;
     }
-    return only_affine(g, e, count);
+    return linear_gradients_rational(g, e, count);
 }
 
 bool linear_gradients_given(const struct linear_gradients *g, const struct linear_request *rq)

@@ -23,7 +23,9 @@ expr_id *linear_gradients_of(const struct linear_gradients *g, struct sga_arena 
 /* Whether all of e are affine in what the gradients, table, are for: those are numbers, and only + - * / and whole powers are between (a
  * gradient of sign(x), or of atan(x) + atan(1/x), is 0, and these are no constants). */
 bool linear_gradients_affine(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table);
-/* The same for gradients that are any constants, sqrt(2) and pi among them. */
+/* Whether only + - * / and whole powers stand between what the gradients are for. */
+bool linear_gradients_rational(const struct linear_gradients *g, const expr_id *e, int count);
+/* The same as affine for gradients that are any constants, sqrt(2) and pi among them. */
 bool linear_gradients_constant(const struct linear_gradients *g, const expr_id *e, int count, const expr_id *table);
 /* Whether the given equations have numbers for entries, and right sides of that kind. */
 bool linear_gradients_given(const struct linear_gradients *g, const struct linear_request *rq);

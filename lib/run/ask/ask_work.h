@@ -16,6 +16,7 @@ struct ask_work {
     struct linear_ports ports;
     struct sga_json json;      /* what is written */
     struct sga_arena mem;      /* ended by the owner */
+    char why[160];             /* a way that was tried first does not go; "" */
     /* With each linearization. anywhere: the request does not say where. */
     bool (*take)(struct ask_work *s, const struct linearization *l, bool anywhere);
 };

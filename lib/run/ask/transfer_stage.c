@@ -6,16 +6,19 @@
 #include <string.h>
 
 #include "ask_work.h"
+#include "operator_json.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
 #include "stage_clock.h"
+#include "system.h"
+#include "transfer_moving.h"
 #include "transfer_response.h"
 #include "transfer_matrix.h"
 
-static bool refuse(struct job *j, enum transfer_status status, const char *output)
+static bool refuse(struct job *j, bool inputs_bound, const char *output)
 {
-    if (status == TRANSFER_INPUTS_BOUND)
+    if (inputs_bound)
         return sga_fail_at(j->err, SGA_E_INPUTS, "/transfer/inputs", "the equations ask something of the inputs alone, so that there is no transfer matrix from "
                            "them; leave one of them out of transfer.inputs");
     return sga_fail_at(j->err, SGA_E_INPUTS, "/transfer/outputs", "%.200s is not determined by the inputs: the equations leave more free; name what is free "
@@ -102,7 +105,7 @@ static bool write_exact(struct ask_work *s, const struct transfer_equations *e, 
                         linear_cols(e->A), TRANSFER_MOST);
     enum transfer_status status = transfer_matrix_find(&t, e);
     if (status != TRANSFER_OK)
-        return refuse(j, status, s->ports.outputs ? s->ports.output[t.which] : "");
+        return refuse(j, status == TRANSFER_INPUTS_BOUND, s->ports.outputs ? s->ports.output[t.which] : "");
     bool ok = transfer_matrix_poles(&t, &poles, &zeros, j->budget, j->err);
     if (ok) {
         sga_json_object(w);
@@ -168,8 +171,8 @@ static bool take(struct ask_work *s, const struct linearization *l, bool anywher
 {
     struct job *j = s->j;
     if (!l->constant && j->solution->depends_on_time)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the coefficients move with time, so that there is no function of s: a linear system has its state form in form \"operator\", and any "
-                           "other one is linearized at an instant by want \"linearization\"");
+        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "the coefficients move with time, so that there is no function of s, nor is there a fraction of operators%s%s: linearize at an instant, by "
+                           "want \"linearization\"", *s->why ? ", as " : "", s->why);
     if (anywhere && !l->constant)
         return sga_fail_at(j->err, SGA_E_MISSING_MEMBER, "/transfer", "the system, or an output, is not linear with constant coefficients: say by \"trajectory\" with "
                            "\"initial\" at which equilibrium it is to be linearized");
@@ -179,6 +182,55 @@ static bool take(struct ask_work *s, const struct linearization *l, bool anywher
     struct transfer_equations e = { .A = &l->A, .B = &l->B, .C = &l->C, .D = &l->D };
     bool exact = l->A.exact && l->B.exact && l->C.exact && l->D.exact;
     return exact ? write_exact(s, &e, "linearization") : write_enclosed(s, l);
+}
+
+static void write_fraction(const struct ask_work *s, const struct op_fraction *f, struct sga_json *w)
+{
+    const char *time = s->rq.sys->store->symbol[s->rq.sys->time].name;
+    sga_json_key(w, "fraction");
+    sga_json_object(w);
+    sga_json_key(w, "left");
+    op_json_ores(w, &f->left, time);
+    sga_json_key(w, "right");
+    op_json_ores(w, &f->right, time);
+    sga_json_end_object(w);
+}
+
+/* Coefficients that move with time: a fraction of operators. *linear false: others than rational functions, and nothing is written. */
+static bool write_moving(struct ask_work *s, bool *linear, char *why)
+{
+    struct job *j = s->j;
+    struct sga_json *w = &s->json;
+    struct op_fraction f;
+    enum op_fraction_status status = OP_FRACTION_FAILED;
+    bool ok = transfer_moving(&f, &status, s, linear, why, j->err);
+    if (ok && status != OP_FRACTION_FOUND) {
+        ok = refuse(j, status == OP_FRACTION_INPUTS_BOUND, f.which >= 0 ? s->ports.output[f.which] : "");
+    } else if (ok && j->request->transfer.frequencies) {
+        ok = sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/transfer/frequencies", "the coefficients move with time: a sine at the input comes out as no sine, so that there is no response "
+                         "to frequencies; leave them out");
+    } else if (ok) {
+        sga_json_object(w);
+        linear_write_ports(&s->ports, w);
+        sga_json_key(w, "matrix");
+        sga_json_null(w);
+        write_fraction(s, &f, w);
+        sga_json_key(w, "poles");
+        sga_json_null(w);
+        sga_json_key(w, "zeros");
+        sga_json_null(w);
+        sga_json_member_bool(w, "proper", op_fraction_proper(&f, false));
+        sga_json_member_bool(w, "strictly_proper", op_fraction_proper(&f, true));
+        sga_json_key(w, "evidence");
+        sga_json_object(w);
+        sga_json_member_string(w, "from", "equations");
+        sga_json_member_string(w, "matrix", "coefficients move with time: a fraction of operators, exact");
+        sga_json_member_string(w, "poles", "systems whose coefficients move with time have none");
+        sga_json_end_object(w);
+        sga_json_end_object(w);
+    }
+    op_fraction_clear(&f);
+    return ok;
 }
 
 static bool ports(struct ask_work *s)
@@ -203,7 +255,12 @@ static bool run(struct ask_work *s)
     if (ok && constant)
         ok = write_exact(s, &e, "equations");
     linearization_clear(&given);
-    return ok && (constant || ask_at_start(s));
+    if (!ok || constant)
+        return ok;
+    bool moving = false;
+    if (j->solution->depends_on_time)
+        ok = write_moving(s, &moving, s->why);
+    return moving ? ok : ask_at_start(s);
 }
 
 /* What linearizing says of its inputs is about the transfer matrix's here. */

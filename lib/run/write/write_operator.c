@@ -4,9 +4,8 @@
 #include "buf.h"
 #include "operator.h"
 #include "operator_answer.h"
+#include "operator_json.h"
 #include "ore.h"
-#include "ore_matrix.h"
-#include "ratio_matrix.h"
 #include "request.h"
 #include "text.h"
 #include "write.h"
@@ -18,46 +17,15 @@ static const char *time_name(const struct job *j)
     return j->request->store.symbol[j->request->system.time].name;
 }
 
-static void write_ratio(const struct job *j, struct sga_json *w, const fmpz_poly_q_t a)
-{
-    struct sga_buf text = { 0 };
-    op_text_ratio(&text, a, time_name(j));
-    sga_json_string(w, text.data);
-    sga_buf_free(&text);
-}
-
 static void write_matrix(const struct job *j, struct sga_json *w, const struct ratio_matrix *m)
 {
-    sga_json_array(w);
-    for (int i = 0; i < m->rows; i++) {
-        sga_json_array(w);
-        for (int k = 0; k < m->cols; k++)
-            write_ratio(j, w, ratio_at(m, i, k));
-        sga_json_end_array(w);
-    }
-    sga_json_end_array(w);
-}
-
-/* [a0, a1, ...] */
-static void write_ore(const struct job *j, struct sga_json *w, const struct ore *x)
-{
-    sga_json_array(w);
-    for (int k = 0; k < x->len; k++)
-        write_ratio(j, w, x->a + k);
-    sga_json_end_array(w);
+    op_json_ratios(w, m, time_name(j));
 }
 
 static void write_ore_matrix(const struct job *j, struct sga_json *w, const char *key, const struct ore_matrix *m)
 {
     sga_json_key(w, key);
-    sga_json_array(w);
-    for (int i = 0; i < m->rows; i++) {
-        sga_json_array(w);
-        for (int k = 0; k < m->cols; k++)
-            write_ore(j, w, ore_at(m, i, k));
-        sga_json_end_array(w);
-    }
-    sga_json_end_array(w);
+    op_json_ores(w, m, time_name(j));
 }
 
 static void write_jacobson(const struct job *j, struct sga_json *w)
@@ -73,7 +41,7 @@ static void write_jacobson(const struct job *j, struct sga_json *w)
         ore_one(&one);
         sga_json_array(w);
         for (int k = 0; k < f->rank; k++)
-            write_ore(j, w, k == f->rank - 1 ? &f->e : &one);
+            op_json_ore(w, k == f->rank - 1 ? &f->e : &one, time_name(j));
         sga_json_end_array(w);
         ore_clear(&one);
     }
