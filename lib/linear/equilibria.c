@@ -7,6 +7,7 @@
 
 #include "arb_ends.h"
 #include "budget.h"
+#include "equilibria_shape.h"
 #include "flint_ends.h"
 #include "linearize.h"
 #include "oracle.h"
@@ -24,7 +25,7 @@ static const double SAME_IRREGULAR = 1e-3;
 static const double SAME_ROUNDED = 0.15;
 /* Of the boxes that starts are drawn from, in turn; each third round of them has one of any size between 10 to these powers. */
 static const double SIZE[] = { 1, 10, 100, 0.1 }, LOWEST = -5, HIGHEST = 6;
-enum { SIZES = sizeof SIZE / sizeof *SIZE, MOST_IRREGULAR = 20, MOST_DEFLATED = 30 };
+enum { SIZES = sizeof SIZE / sizeof *SIZE, MOST_IRREGULAR = 20, MOST_DEFLATED = 30, BRANCH_STARTS = 4 };
 
 struct list {
     double **x; int count; size_t cap;
@@ -133,7 +134,6 @@ static void set_functions(struct search *s, const expr_id *rate, int rates, cons
         s->on.constraint[s->on.space.constraints++] = rate[k];
     for (int k = 0; k < s->q->helds && rate; k++)
         s->on.constraint[s->on.space.constraints++] = s->q->held[k];
-    assert(s->on.space.constraints <= s->q->rq->sol->constraints + s->q->rates + s->q->helds);
     s->on.space.near = near;
 }
 
@@ -238,6 +238,25 @@ static bool keep_kink(struct search *s, const double *x)
     return exact;
 }
 
+/* Factors of the functions may have independent differentials where they have not. */
+static bool keep_shaped(struct search *s, const double *x)
+{
+    struct linearization none = { .states = 0 };
+    struct equilibrium_shape shape;
+    struct linear_place place;
+    bool found = !s->e->family && equilibrium_shape_find(&shape, &s->e->mem, s->q->rq, s->q->held, s->q->helds, x, &place) && inside(s->q, place.x, s->n)
+        && same(place.x, x, s->n, SAME_IRREGULAR);
+    if (found) {
+        struct equilibrium *p = keep_point(s, place.x, true, &none);
+        p->degenerate = p->by_factors = true;
+        p->zero = shape.factor + shape.constraints;
+        p->zeros = shape.factors - shape.constraints;
+    }
+    if (!s->e->family)
+        linear_place_clear(&place);
+    return found;
+}
+
 enum outcome { NEITHER, KEPT, IRREGULAR };
 
 /* A place is an equilibrium in its own coordinates, irregular in these too (or without any; then it is put into `there`), or neither. */
@@ -284,7 +303,7 @@ static bool rounded(struct search *s, const double *x, uint64_t *random)
 static void settle(struct search *s, const double *x, uint64_t *random)
 {
     double *there = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *there);
-    if (look(s, x, there, random) == IRREGULAR)
+    if (look(s, x, there, random) == IRREGULAR && !keep_shaped(s, there))
         add_place(&s->left, &s->e->mem, there, s->n, SAME_IRREGULAR);
 }
 
@@ -337,6 +356,28 @@ static void choose(struct search *s, int start, const double *x)
     set_functions(s, without ? s->deflated : s->q->rate, s->q->rates, x);
 }
 
+/* Where differentials are dependent, factors of the functions are met one by one: a point of each branch, in general position. */
+static bool from_branches(struct search *s, uint64_t *random, struct sga_error *err)
+{
+    const struct sga_budget *budget = s->q->rq->budget;
+    struct equilibria_branch *branch;
+    double *x = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *x);
+    int branches = equilibria_branches(s->q->rq, s->q->held, s->q->helds, &s->mem, &branch);
+    for (int b = 0; b < branches; b++)
+        for (int start = 1; start <= BRANCH_STARTS && sga_budget_ok(budget, err); start++) {
+            struct points_point p;
+            draw(s, start, random, x);
+            s->on.space.constraints = branch[b].factors;
+            memcpy(s->on.constraint, branch[b].factor, (size_t)branch[b].factors * sizeof *s->on.constraint);
+            s->on.space.near = x;
+            bool kept = points_find(&s->on.space, 0, random, POINTS_BITS, &p) == POINTS_OK && inside(s->q, p.x, s->n) && keep_shaped(s, p.x);
+            points_point_clear(&p);
+            if (kept)
+                break;
+        }
+    return sga_budget_ok(budget, err);
+}
+
 static bool run(struct search *s, struct sga_error *err)
 {
     struct equilibria *e = s->e;
@@ -356,6 +397,8 @@ static bool run(struct search *s, struct sga_error *err)
         if (!rounded(s, s->irregular.x[i], &random))
             settle(s, s->irregular.x[i], &random);
     assert(e->reached + e->beside <= e->tried && e->outside <= e->reached);
+    if (e->beside && !e->family && !from_branches(s, &random, err))
+        return false;
     e->irregular = s->left.x;
     e->irregulars = s->left.count;
     return sga_budget_ok(budget, err);
@@ -369,7 +412,8 @@ bool equilibria_search(struct equilibria *e, const struct equilibria_request *q,
     if (e->family < 0)
         return sga_fail_at(err, SGA_E_INPUTS, "/equilibria/hold", "%d more is held than the motion leaves to choose: for each variable that is held, name an input in "
                            "equilibria.free", -e->family);
-    set_points_init(&s.on, sys, q->rq->sol, q->rq->sol->constraints, 0, q->rates + q->helds);
+    int most = sys->variables > q->rates + q->helds ? sys->variables : q->rates + q->helds;      /* of branches, or of rates and what is held */
+    set_points_init(&s.on, sys, q->rq->sol, q->rq->sol->constraints, 0, most);
     s.on.space.starts = 1;
     s.on.space.side = q->rq->oracle->side;
     s.on.space.sides = q->rq->oracle->sides;

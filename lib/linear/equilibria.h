@@ -32,6 +32,7 @@ struct equilibrium {
     bool certified;                        /* exactly one zero is proved to be there, up to the family that it is on */
     bool degenerate;                       /* the differentials are dependent: a zero by rational arithmetic, of which it is not known whether it is isolated */
     bool kink;                             /* no rates have a derivative there: alpha is 0 by rational arithmetic, so that nothing moves; degenerate */
+    bool by_factors;                       /* degenerate, and proved by factors of the functions (equilibria_shape.h): zero are these */
     bool shifted;                          /* degenerate, and some variable is in no function: it lies on a line of zeros */
     int *state; int states;                /* the coordinates: where they are not free at x, the rates prove nothing */
     expr_id *zero; int zeros;              /* rates in coordinates of the place, and what is held */

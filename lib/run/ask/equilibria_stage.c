@@ -146,26 +146,34 @@ static void write_no_modes(struct sga_json *w, const struct sga_error *why, bool
     sga_json_end_object(w);
 }
 
-static void write_head(struct rest *r, const struct equilibrium *p, const double *x, bool certified, int family)
+/* What equilibria are about the point, where Newton's method tells (regular) or algebra. */
+static void write_shape(struct rest *r, const struct equilibrium *p, const struct equilibrium_shape *shape, bool certified, int family)
 {
     struct sga_json *w = &r->s.json;
-    bool regular = certified && !p->degenerate;
-    sga_json_key(w, "values");
-    write_values(r, x);
-    sga_json_member_bool(w, "certified", certified);
+    bool regular = certified && !p->degenerate, told = certified && p->degenerate && shape->dimension >= 0;
+    int dimension = told ? shape->dimension : family;
     sga_json_key(w, "isolated");
-    if (regular || (certified && p->shifted))
-        sga_json_bool(w, regular && family == 0);
+    if (regular || told || (certified && (p->shifted || shape->crossing)))
+        sga_json_bool(w, (regular || told) && dimension == 0);
     else
         sga_json_null(w);
     sga_json_key(w, "family_dimension");
-    if (regular)
-        sga_json_int(w, family);
+    if (regular || told)
+        sga_json_int(w, dimension);
     else
         sga_json_null(w);
 }
 
-static bool write_point(struct rest *r, const struct equilibrium *p, int family)
+static void write_head(struct rest *r, const struct equilibrium *p, const struct equilibrium_shape *shape, const double *x, bool certified, int family)
+{
+    struct sga_json *w = &r->s.json;
+    sga_json_key(w, "values");
+    write_values(r, x);
+    sga_json_member_bool(w, "certified", certified);
+    write_shape(r, p, shape, certified, family);
+}
+
+static bool write_point(struct rest *r, const struct equilibrium *p, const struct equilibrium_shape *shape, int family)
 {
     struct job *j = r->j;
     struct linearization l;
@@ -176,11 +184,11 @@ static bool write_point(struct rest *r, const struct equilibrium *p, int family)
     if (linearize(&l, &r->s.rq, &guess, &why) && linear_modes_find(&m, &l, j->budget, &why)) {
         bool certified = rest_certified(p, &l);
         r->certified += certified;
-        write_head(r, p, l.place.x, certified, family);
+        write_head(r, p, shape, l.place.x, certified, family);
         write_modes(&r->s.json, &l, &m);
     } else {
-        r->certified += p->kink;
-        write_head(r, p, p->x, p->kink, family);
+        r->certified += p->kink || p->by_factors;
+        write_head(r, p, shape, p->x, p->kink || p->by_factors, family);
         write_no_modes(&r->s.json, &why, p->kink);
     }
     linear_modes_clear(&m);
@@ -213,14 +221,16 @@ static bool write_all(struct rest *r, const struct equilibria *e, const struct e
     sga_json_object(w);
     sga_json_key(w, "points");
     sga_json_array(w);
+    rest_families(r, e);
     for (int k = 0; k < e->points && ok; k++)
-        ok = write_point(r, e->point + k, e->family);
+        ok = r->point[k].left_out || write_point(r, e->point + k, &r->point[k].shape, e->family);
     sga_json_end_array(w);
     SGA_ENDS(sga_buf_free) struct sga_buf why = { 0 };
     sga_json_member_bool(w, "complete", ok && rest_complete(r, e, a, &why));
     sga_json_member_string(w, "reason", why.len ? why.data : "");
     write_searched(r, e);
     sga_json_end_object(w);
+    rest_families_clear(r);
     return ok;
 }
 

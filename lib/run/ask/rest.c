@@ -14,7 +14,7 @@
 
 bool rest_certified(const struct equilibrium *p, const struct linearization *l)
 {
-    bool free = l->states == p->states && memcmp(l->state, p->state, (size_t)l->states * sizeof *l->state) == 0;
+    bool free = p->by_factors || (l->states == p->states && memcmp(l->state, p->state, (size_t)l->states * sizeof *l->state) == 0);
     return free && p->certified && l->place.basis != LINEAR_NUMERIC;
 }
 
@@ -127,9 +127,24 @@ static void warn_of_none(struct rest *r, const struct equilibria *e, bool proved
                  e->tried, has_bounds(r) ? ", wider equilibria.bounds" : "");
 }
 
+/* Infinitely many: by the families that were found. */
+static bool all_families(struct rest *r, const struct equilibria *e, const struct equilibria_algebra *a, struct sga_buf *why)
+{
+    int families = 0;
+    long beside = 0;
+    if (e->family || a->status != POLY_MANY || rest_has_parts(r->j->solution) || has_bounds(r) || !rest_families_are_all(r, e, &families, &beside))
+        return false;
+    sga_buf_printf(why, "by Groebner bases all real zeros of the polynomials are on the %d famil%s of which a point is shown", families, families > 1 ? "ies" : "y");
+    if (beside)
+        sga_buf_printf(why, ", but for %ld, which were found and proved", beside);
+    return true;
+}
+
 static bool judge(struct rest *r, const struct equilibria *e, const struct equilibria_algebra *a, struct sga_buf *why)
 {
     const char *by = known(r, e);
+    if (!by && all_families(r, e, a, why))
+        return true;
     if (!by && !e->family && a->status == POLY_COUNTED)
         return counted(r, e, a, why);
     sga_buf_puts(why, by ? by : e->family ? "one point of a family; there may be other families" : a->status == POLY_NOT_COUNTED ? "a search from starts may miss some; to count all by algebra was too much" : "a search from starts may miss some");

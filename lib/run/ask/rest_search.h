@@ -4,6 +4,7 @@
 
 #include "ask_work.h"
 #include "equilibria.h"
+#include "equilibria_shape.h"
 
 struct request_equilibria;
 struct sga_solution;
@@ -17,7 +18,22 @@ struct rest {
     unsigned char *input, *held;   /* by variable */
     double *near;
     int certified;             /* of the points written */
+    struct rest_point *point; int points;   /* by point found */
 };
+
+/* Of a point where differentials are dependent, and which is exact: what equilibria are about it. */
+struct rest_point {
+    struct linear_place place;
+    bool placed;               /* place is to be cleared */
+    struct equilibrium_shape shape;
+    bool left_out;             /* another point of its family is shown */
+};
+
+/* Fills r->point. Cost: that of equilibria_shape.h for each such point. */
+void rest_families(struct rest *r, const struct equilibria *e);
+void rest_families_clear(struct rest *r);
+/* Whether the families that are shown, and the isolated points, are all equilibria. */
+bool rest_families_are_all(struct rest *r, const struct equilibria *e, int *families, long *beside);
 
 /* The coordinates that the rates were proved to vanish in are free at the point. */
 bool rest_certified(const struct equilibrium *p, const struct linearization *l);
