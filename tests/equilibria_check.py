@@ -6,6 +6,8 @@
 - polynomial systems that were built from chosen equilibria, on a sphere with a multiplier and without;
 - random polynomial systems, with algebraic variables and on a circle: as many points as SymPy's real roots of a separating form, called complete,
   with bounds too; where an equation is a product nothing is called complete that lies on one part alone;
+- families that were built in, as common factors beside an isolated point, and as zeros of two factors together: one point of each, its dimension, complete;
+- zeros of roots (sqrt, cbrt, abs) that were built in, those at which there is no derivative too: all of them, complete;
 - points where abs has its kink; outputs that are held; searches without an end: warnings with their place;
 - requests that are refused, with code and place.
 """
@@ -204,7 +206,68 @@ class Check:
                 self.tally.check(p["certified"] or p["isolated"] is None, f"kink {equations}: certified", str(p))
             if point:
                 self.tally.check(len(e["points"]) == 1 and e["points"][0]["values"] == point and e["points"][0]["certified"] and e["points"][0]["eigenvalues"] is None
-                                 and e["points"][0]["evidence"]["point"] == "exact" and not e["complete"], f"kink {equations}", str(e["points"]))
+                                 and e["points"][0]["evidence"]["point"] == "exact" and e["complete"] and e["points"][0]["isolated"], f"kink {equations}", str(e["points"]))
+
+    def families(self, k):
+        """(c h_1, .., c h_n) mixed by a matrix, c a product of irreducible factors with powers, h affine with one zero off them; in space also (a b, a c, ..)."""
+        n = random.choice([2, 2, 3])
+        names = sympy.symbols("x y z")[:n]
+        shapes = [names[0]**2 + names[1]**2 - random.choice([1, 3, 4]), names[0] - random.randint(-2, 2), names[1] - names[0]**2, names[-1] + 2*names[0] - 1, names[0]*names[1] - 2]
+        chosen = random.sample(shapes, random.randint(1, 2))
+        at = [sympy.Rational(random.randint(5, 9)) + sympy.Rational(1, 3) * i for i in range(n)]
+        h = [v - a for v, a in zip(names, at)]
+        curve = n == 3 and random.random() < 0.5
+        if curve:                                            # the zeros of h_1 and h_2 together are a line of equilibria
+            h[2] = h[0] + h[1]
+        M = sympy.Matrix(n, n, lambda i, j: random.randint(-2, 2))
+        while M.det() == 0:
+            M = sympy.Matrix(n, n, lambda i, j: random.randint(-2, 2))
+        h = list(M * sympy.Matrix(h))
+        c = sympy.prod(f**random.choice([1, 1, 2]) for f in chosen)
+        extra = random.random() < 0.5
+        f = [sympy.expand(c * v * (names[0]**2 + 1 if extra and i == 0 else 1)) for i, v in enumerate(h)]
+        result = self.solve(f"families {k}", {"system": {"form": "equations", "variables": [str(v) for v in names], "equations": [f"{v}' = {str(e).replace('**', '^')}" for v, e in zip(names, f)]},
+                                              "want": ["equilibria"]})
+        if result is None:
+            return
+        label = f"families {k}: {chosen} {at} {curve}"
+        seen = {g: 0 for g in chosen}
+        isolated = line = 0
+        for p in result["points"]:
+            v = {s: p["values"][str(s)] for s in names}
+            self.tally.check(p["certified"] and all(abs(e.subs(v)) <= 1e-7 * (1 + max(abs(x) for x in v.values()))**8 for e in f), f"{label}: is one", str(p))
+            on = [g for g in chosen if abs(g.subs(v)) < 1e-9]
+            beside = all(abs(e.subs(v)) < 1e-9 for e in h)
+            if p["isolated"]:
+                isolated += 1
+                self.tally.check(p["family_dimension"] == 0 and beside and not on and not curve, f"{label}: isolated", str(p))
+            elif p["family_dimension"] is None:
+                self.tally.check(p["isolated"] is False and len(on) + beside > 1, f"{label}: where families meet", str(p))
+            elif p["family_dimension"] == n - 1:
+                self.tally.check(len(on) == 1 and not beside, f"{label}: of one family", str(p))
+                for g in on:
+                    seen[g] += 1
+            else:
+                line += 1
+                self.tally.check(curve and beside and p["family_dimension"] == 1, f"{label}: on the line", str(p))
+        self.tally.check(set(seen.values()) == {1} and isolated == (not curve) and line == curve and result["complete"], f"{label}: each once, and all", f"{seen} {isolated} {line} {result['complete']} {result['reason']} {f}")
+
+    def roots(self, k):
+        """A polynomial in w = cbrt(x - a), sqrt(x - a) or abs(x - a) with chosen zeros, with another equation behind."""
+        kind, a = random.choice(["cbrt", "sqrt", "abs"]), random.randint(-3, 3)
+        w, x, y = sympy.symbols("w x y")
+        zeros = sorted(random.sample([sympy.Rational(i, 2) for i in range(-4, 5)], random.randint(2, 3)))
+        g = sympy.Poly(sympy.prod(w - z for z in zeros), w).as_expr()
+        text = str(sympy.expand(g)).replace("**", "^").replace("w", f"{kind}(x - ({a}))")
+        request = {"system": {"form": "equations", "variables": ["x", "y"], "equations": [f"x' = {text}", "y' = x + y - 1"]}, "want": ["equilibria"]}
+        result = self.solve(f"roots {k}", request)
+        if result is None:
+            return
+        real = [z for z in zeros if kind == "cbrt" or z >= 0]
+        places = {a + z**3 for z in real} if kind == "cbrt" else {a + z**2 for z in real} if kind == "sqrt" else {a + z for z in real} | {a - z for z in real}
+        got = sorted(p["values"]["x"] for p in result["points"] if p["certified"] and p["isolated"] and p["family_dimension"] == 0)
+        self.tally.check(len(got) == len(result["points"]) == len(places) and all(near(b, float(q)) for b, q in zip(got, sorted(places))) and result["complete"],
+                         f"roots {k}: {kind} {a} {zeros}", str(result)[:600])
 
     def outputs(self):
         """Outputs of a descriptor system are held while inputs are free: y = x1 + 2 u = 3 with x1 = u/2."""
@@ -260,6 +323,9 @@ class Check:
             self.built(k)
         for k in range(scaled(40)):
             self.drawn(k)
+        for k in range(scaled(40)):
+            self.families(k)
+            self.roots(k)
         self.parts()
         self.kinks()
         self.outputs()

@@ -320,6 +320,36 @@ static int inverse_symbol(struct expr_store *st)
     return symbol >= 0 ? symbol : st->node[expr_symbol_add(st, name, EXPR_VARIABLE)].a;
 }
 
+static bool is_on(const struct shaping *s, const struct equilibrium_shape *family)
+{
+    for (int k = 0; k < family->factors; k++)
+        if (!follows(s, family->factor[k]))
+            return false;
+    return true;
+}
+
+/* By branches: those on no family have finitely many zeros, which may be counted for several. */
+static bool beside_by_branches(const struct linear_request *rq, const expr_id *held, int helds, const struct equilibrium_shape *family, int families, const int *symbol, long *others)
+{
+    SGA_ARENA(mem);
+    struct equilibria_branch *branch;
+    int branches = equilibria_branches(rq, held, helds, &mem, &branch);
+    bool ok = branches > 0;
+    for (int b = 0; b < branches && ok; b++) {
+        struct shaping s = { .mem = &mem, .rq = rq, .st = rq->sys->store, .n = rq->sys->variables, .chosen = branch[b].factor, .chosens = branch[b].factors };
+        bool on = false;
+        for (int f = 0; f < families && !on; f++)
+            on = is_on(&s, family + f);
+        if (on)
+            continue;
+        struct poly_real_zeros z;
+        ok = poly_real_zeros(s.st, branch[b].factor, branch[b].factors, symbol, s.n, rq->budget, &z) == POLY_COUNTED;
+        *others += z.real;
+        poly_real_zeros_clear(&z);
+    }
+    return ok;
+}
+
 enum poly_count equilibria_beside(const struct linear_request *rq, const expr_id *held, int helds, const struct equilibrium_shape *family, int families, long *others)
 {
     struct expr_store *st = rq->sys->store;
@@ -331,6 +361,9 @@ enum poly_count equilibria_beside(const struct linear_request *rq, const expr_id
     *others = 0;
     for (int k = 0; k < n; k++)
         symbol[k] = rq->sys->variable[k].symbol;
+    if (beside_by_branches(rq, held, helds, family, families, symbol, others))
+        return POLY_COUNTED;
+    *others = 0;
     symbol[n] = inverse_symbol(st);
     for (int f = 0; f < families && products <= MOST_PRODUCTS; f++)
         products *= family[f].factors;

@@ -34,8 +34,8 @@ bool equilibrium_shape_has(const struct equilibrium_shape *s, const struct equil
 struct equilibria_branch { expr_id *factor; int factors; };
 int equilibria_branches(const struct linear_request *rq, const expr_id *held, int helds, struct sga_arena *mem, struct equilibria_branch **out);
 
-/* How many equilibria are on none of these families (dimension > 0), each once: POLY_COUNTED with *others, by the ideal of the functions and 1 - w h for products h
- * of a factor of each; else nothing is known. */
+/* How many equilibria are on none of these families (dimension > 0), at the most: POLY_COUNTED with *others, by the branches that are on none of them, or by the
+ * ideal of the functions and 1 - w h for products h of a factor of each family; else nothing is known. */
 enum poly_count equilibria_beside(const struct linear_request *rq, const expr_id *held, int helds, const struct equilibrium_shape *family, int families, long *others);
 
 #endif

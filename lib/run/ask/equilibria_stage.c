@@ -150,8 +150,8 @@ static void write_no_modes(struct sga_json *w, const struct sga_error *why, bool
 static void write_shape(struct rest *r, const struct equilibrium *p, const struct equilibrium_shape *shape, bool certified, int family)
 {
     struct sga_json *w = &r->s.json;
-    bool regular = certified && !p->degenerate, told = certified && p->degenerate && shape->dimension >= 0;
-    int dimension = told ? shape->dimension : family;
+    bool regular = certified && !p->degenerate, told = certified && p->degenerate && (shape->dimension >= 0 || r->finite);
+    int dimension = !told ? family : r->finite ? 0 : shape->dimension;
     sga_json_key(w, "isolated");
     if (regular || told || (certified && (p->shifted || shape->crossing)))
         sga_json_bool(w, (regular || told) && dimension == 0);
@@ -245,6 +245,7 @@ static bool find(struct rest *r)
     struct equilibria_algebra a;
     equilibria_by_algebra(&a, &r->s.rq, r->held_zero, r->helds, rest_has_parts(r->j->solution));
     struct equilibria_request q = rest_request(r, &a);
+    r->finite = a.status == POLY_COUNTED;
     bool ok = equilibria_search(&e, &q, r->j->err) && write_all(r, &e, &a);
     equilibria_clear(&e);
     equilibria_algebra_clear(&a);

@@ -18,6 +18,7 @@ struct rest {
     unsigned char *input, *held;   /* by variable */
     double *near;
     int certified;             /* of the points written */
+    bool finite;               /* algebra says that equilibria are finitely many */
     struct rest_point *point; int points;   /* by point found */
 };
 
