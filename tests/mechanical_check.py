@@ -464,6 +464,90 @@ def redundant(tally, solver, rng):
                     tally.check(gap < 1e-12, f"redundant {name}: {part}", mpmath.nstr(gap, 3))
 
 
+# Masses, forces, constraints, a start, the event's function, the coordinate whose velocity is set, and its factor.
+IMPULSES = [
+    ("bead on a parabola", ["x", "y"], [1, 2], ["0", "-3"], ["x - y^2/2"], {"x": "1/2", "y": 1}, {}, "y - 1/2", "y", "-1/2"),
+    ("rod that strikes", ["x", "y", "u", "v"], [1, 1, 2, 2], ["0", "-10", "0", "-20"], ["(x - u)^2 + (y - v)^2 - 1"], {"x": 0, "y": "1/5", "u": "3/5", "v": 1}, {"x'": "1/3", "u'": "1/3"},
+     "y", "y", "-4/5"),
+    ("two rods", ["x", "y", "u", "v"], [3, 1, 1, 2], ["x", "-9", "v", "-5"], ["x^2 + y^2 - 4", "(u - x)^2 + (v - y)^2 - 1"], {"x": "6/5", "y": "-8/5", "u": "9/5", "v": "-12/5"}, {"x'": "1/2", "y'": "3/8"},
+     "v + 11/4", "u", "-2/3"),
+]
+
+
+def impulses(tally, solver):
+    """Motions with an impulse in double-double, against Taylor series in 40 digits of the equations with multipliers, and the impulse's own equations."""
+    old, mpmath.mp.dps = mpmath.mp.dps, 40
+    for name, q, m, F, h, start, rates, event, struck, factor in IMPULSES:
+        S = sp.symbols(q)
+        n, at = len(q), {str(v): v for v in S}
+        V = sp.symbols([v + "_d" for v in q])
+        H = sp.Matrix([sp.sympify(e.replace("^", "**"), locals=at, rational=True) for e in h])
+        J = H.jacobian(S)
+        G = (J * sp.Matrix(V)).jacobian(S) * sp.Matrix(V)
+        parts = [sp.lambdify([*S, *V], e, "mpmath") for e in (J, G, sp.Matrix([sp.sympify(f, locals=at, rational=True) for f in F]))]
+        g = sp.lambdify([*S], sp.sympify(event.replace("^", "**"), locals=at, rational=True), "mpmath")
+        M = mpmath.diag(m)
+
+        def solve(K, force, right):
+            """M a - K^T mu = force, K a = right."""
+            c = K.rows
+            A = mpmath.zeros(n + c)
+            for i in range(n):
+                A[i, i] = M[i, i]
+                for k in range(c):
+                    A[i, n + k], A[n + k, i] = -K[k, i], K[k, i]
+            return list(mpmath.lu_solve(A, mpmath.matrix([*force, *right])))[:n]
+
+        def field(_, z):
+            K, G0, F0 = (mpmath.matrix(p(*z)) for p in parts)
+            return [*z[n:], *solve(K, list(F0), [-v for v in G0])]
+        z = [mpmath.mpf(sp.Rational(str(start[v])).p) / sp.Rational(str(start[v])).q for v in q]
+        speeds = {k: sp.Rational(str(v)) for k, v in rates.items()}
+        z += [mpmath.mpf(speeds.get(v + "'", 0).p if v + "'" in speeds else 0) / (speeds[v + "'"].q if v + "'" in speeds else 1) for v in q]
+        motion = mpmath.odefun(field, 0, z, tol=mpmath.mpf(10)**-34)
+        # the first change of sign
+        t, step = mpmath.mpf(0), mpmath.mpf(1) / 16
+        while g(*motion(t + step)[:n]) * g(*motion(mpmath.mpf(1) / 1000)[:n]) > 0:
+            t += step
+        hit = mpmath.findroot(lambda s: g(*motion(s)[:n]), (t, t + step), solver="anderson", tol=mpmath.mpf(10)**-60, verify=False)
+        before = list(motion(hit))
+        K = mpmath.matrix(parts[0](*before))
+        k = q.index(struck)
+        c = mpmath.mpf(sp.Rational(factor).p) / sp.Rational(factor).q
+        v0 = [*before[n:]]
+        v0[k] *= c
+        rows = K.rows
+        A, b = mpmath.zeros(n + rows), mpmath.zeros(n + rows, 1)
+        for i in range(n):
+            A[i, i] = 1 if i == k else M[i, i]
+            b[i] = v0[i] * A[i, i]
+            for j in range(rows):
+                A[n + j, i] = K[j, i]
+                if i != k:
+                    A[i, n + j] = -K[j, i]
+        after = list(mpmath.lu_solve(A, b))[:n]
+        on = mpmath.odefun(field, hit, [*before[:n], *after], tol=mpmath.mpf(10)**-34)
+        stop = hit + mpmath.mpf(1) / 8
+        times = [str(sp.Rational(int(hit * 64), 64)), str(sp.Rational(int(stop * 64), 64))]
+        result, problem = solver.solve({"system": {"form": "mechanical", "coordinates": q, "masses": m, "forces": F, "constraints": h}, "want": ["trajectory"],
+                                        "accuracy": {"arithmetic": "double-double", "rtol": 1e-22, "atol": 1e-22},
+                                        "trajectory": {"times": [0, *times], "initial": {**start, **{v + "'": rates.get(v + "'", 0) for v in q}}, "outputs": q + [v + "'" for v in q],
+                                                       "events": [{"name": "hit", "expression": event, "action": "set", "set": {struck + "'": f"({factor})*{struck}'"}, "max": 1}]}})
+        if not tally.check(result is not None, f"impulse {name}", str(problem)):
+            continue
+        trajectory = result["trajectory"]
+        when = trajectory["events"][0]["t"]
+        told = trajectory["events"][0]["error"]
+        gap = abs(mpmath.mpf(getattr(when, "text", repr(when))) - hit)
+        tally.check(gap <= told and told < 1e-18, f"impulse {name}: when", f"{mpmath.nstr(gap, 3)}, told {told}")
+        for row, moved in zip(trajectory["rows"][1:], (motion, on)):
+            s = mpmath.mpf(sp.Rational(times[0] if moved is motion else times[1]).p) / sp.Rational(times[0] if moved is motion else times[1]).q
+            right = moved(s)
+            gap = max(abs(mpmath.mpf(getattr(a, "text", repr(a))) - e) for a, e in zip(row[1:], right))
+            tally.check(gap <= trajectory["error_estimate"] < 1e-17, f"impulse {name}: {'before' if moved is motion else 'after'}", f"{mpmath.nstr(gap, 3)}, told {trajectory['error_estimate']}")
+    mpmath.mp.dps = old
+
+
 def main():
     tally = Tally("mechanical")
     solver = Solver(build_folder())
@@ -478,6 +562,7 @@ def main():
     cranks(tally, solver, rng)
     powers(tally, solver)
     redundant(tally, solver, rng)
+    impulses(tally, solver)
     return tally.end()
 
 

@@ -38,8 +38,8 @@ static bool check_sets(struct job *j)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
-    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && !strcmp(r->form, "mechanical"))
-        what = "double-double arithmetic in form mechanical, whose impulses are computed in double";
+    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && !strcmp(r->form, "mechanical") && (t->sensitivities.has || r->want & REQUEST_FIT))
+        what = "derivatives in double-double in form mechanical, whose impulses are differentiated in double";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);

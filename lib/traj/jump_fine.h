@@ -10,6 +10,7 @@
 
 struct jump_at;
 struct jump_to;
+struct num_tape;
 struct turn;
 
 struct jump_fine {
@@ -32,6 +33,8 @@ bool jump_fine_end(struct jump_fine *f, const struct traj_result *piece, int all
 bool jump_fine_turn(struct jump_fine *f, const struct turn *s, const struct jump_at *at, const struct jump_to *to, struct sga_error *err);
 /* The piece in this mode begins there, with the samples from `done` on. */
 bool jump_fine_begin(struct jump_fine *f, struct jump_piece *q, const struct turn *s, int done, int samples, struct sga_error *err);
+/* Roots of a tape at (t, x) into out; speed (or NULL): by input what they change by, and then into rate what the roots do. False: one has no value. */
+bool jump_fine_evaluate(const struct num_tape *tape, int inputs, num_dd t, const num_dd *x, const num_dd *speed, int speeds, num_dd *out, num_dd *rate, int roots);
 /* Inside this module: the middle of a ball; and a constant of the store. */
 num_dd jump_fine_ball(const arb_t a);
 expr_id jump_fine_constant(struct expr_store *st, num_dd v);

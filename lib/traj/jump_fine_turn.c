@@ -12,6 +12,7 @@
 #include "enclosed.h"
 #include "field.h"
 #include "jet.h"
+#include "jump_impulse.h"
 #include "jump_slope.h"
 #include "jump_turn.h"
 #include "mem.h"
@@ -29,8 +30,7 @@ static const double STAYS = 1e-24;
 /* The point that balls tell is that of double, beside 1 + its size. */
 static const double SAME_POINT = 1e-6;
 
-/* Roots at (t, x) into out; speed (or NULL): by input what they change by, and then into rate what the roots do. */
-static bool evaluate(const struct num_tape *tape, int inputs, num_dd t, const num_dd *x, const num_dd *speed, int speeds, num_dd *out, num_dd *rate, int roots)
+bool jump_fine_evaluate(const struct num_tape *tape, int inputs, num_dd t, const num_dd *x, const num_dd *speed, int speeds, num_dd *out, num_dd *rate, int roots)
 {
     struct num_jet2 *j = num_jet2_new(tape, rate ? 1 : 0);
     for (int k = 0; k <= inputs; k++) {
@@ -83,7 +83,7 @@ static bool assign(struct between *b, struct sga_arena *mem)
     int n = b->from->n, roots = b->from->sets + rq->events;
     num_dd *out = sga_zeros(mem, (size_t)roots + 1, sizeof *out), *y = sga_zeros(mem, (size_t)n + 1, sizeof *y);
     memcpy(y, b->f->x, (size_t)n * sizeof *y);
-    bool ok = evaluate(b->from->tape, n, b->f->t, b->f->x, NULL, 0, out, NULL, roots);
+    bool ok = jump_fine_evaluate(b->from->tape, n, b->f->t, b->f->x, NULL, 0, out, NULL, roots);
     for (int e = 0, i = 0; e < rq->events; i += rq->event[e++].sets)
         for (int k = 0; k < rq->event[e].sets && b->at->fired[e]; k++)
             if (rq->event[e].set[k].variable >= 0)
@@ -134,8 +134,8 @@ static bool along(struct between *b, struct sga_arena *mem)
     int n = b->from->n, all = s->rows.all, q = b->q, roots = s->rows.first + s->rows.count * (1 + q), slopes = (rq->events + s->sets + s->masses) * q;
     num_dd *out = sga_zeros(mem, (size_t)roots + 1, sizeof *out), *rate = sga_zeros(mem, (size_t)roots + 1, sizeof *rate), *slope = sga_zeros(mem, (size_t)slopes + 1, sizeof *slope);
     num_dd *y = sga_zeros(mem, (size_t)n + 1, sizeof *y);
-    if (!evaluate(s->field, all, b->f->t, b->f->x, NULL, 0, b->field, NULL, n) || !evaluate(s->rows.value, all, b->f->t, b->f->x, b->field, n, out, rate, roots)
-        || !evaluate(s->slope, all, b->f->t, b->f->x, NULL, 0, slope, NULL, slopes))
+    if (!jump_fine_evaluate(s->field, all, b->f->t, b->f->x, NULL, 0, b->field, NULL, n) || !jump_fine_evaluate(s->rows.value, all, b->f->t, b->f->x, b->field, n, out, rate, roots)
+        || !jump_fine_evaluate(s->slope, all, b->f->t, b->f->x, NULL, 0, slope, NULL, slopes))
         return false;
     bool found = false;
     for (int e = 0; e < rq->events && !found; e++)
@@ -234,7 +234,7 @@ static bool field_after(const struct between *b, const num_dd *x, num_dd *field,
     const struct jump_slope *s = b->to->slope;
     num_dd *in = sga_zeros(mem, (size_t)s->rows.all + 1, sizeof *in);
     memcpy(in, x, (size_t)b->to->n * sizeof *in);
-    return evaluate(s->field, s->rows.all, b->f->t, in, NULL, 0, field, NULL, b->to->n);
+    return jump_fine_evaluate(s->field, s->rows.all, b->f->t, in, NULL, 0, field, NULL, b->to->n);
 }
 
 /* Derivatives where what is set stays: those of what equations do not differentiate are near enough to be solved for. */
@@ -281,6 +281,8 @@ bool jump_fine_turn(struct jump_fine *f, const struct turn *s, const struct jump
     b.field = sga_zeros(&mem, (size_t)b.from->n + 1, sizeof *b.field);
     b.after = sga_zeros(&mem, n + 1, sizeof *b.after);
     if (!assign(&b, &mem) || (b.q && !along(&b, &mem)))
+        return no_value(&b, err);
+    if (b.to->rq->mass && !jump_impulse_fine(b.to, f->t, b.asked, to))
         return no_value(&b, err);
     bool there = place(&b, &mem, err);
     if (err->code != SGA_E_OK)

@@ -1,5 +1,6 @@
 /* Velocities of masses after an impulse of constraints: Newton steps of the conditions of a nearest point in the metric of the masses. */
 #include "jump_impulse.h"
+#include "jump_impulse_parts.h"
 
 #include <assert.h>
 #include <float.h>
@@ -20,15 +21,7 @@
 enum { MOST_STEPS = 50 };
 static const double MET = 1e-9;
 
-/* Constraints on velocities, their gradients and the masses, at a point. */
-struct impulse {
-    int n, coordinates, conditions;
-    struct num_tape *tape;        /* roots: masses, conditions, then the terms of their gradients */
-    int terms, *row, *col;        /* by term: condition, coordinate */
-    double *in, *out, *M, *J;     /* coordinates squared; conditions x coordinates */
-};
-
-static void impulse_clear(struct impulse *p)
+void jump_impulse_clear(struct impulse *p)
 {
     num_tape_free(p->tape);
     free(p->row);
@@ -63,7 +56,7 @@ void jump_impulse_conditions(const struct jump *j, unsigned char *is)
     expr_cone_clear(&cone);
 }
 
-static bool impulse_init(struct impulse *p, const struct jump *j, struct sga_error *err)
+bool jump_impulse_init(struct impulse *p, const struct jump *j, struct sga_error *err)
 {
     const struct traj_mass *m = j->rq->mass;
     struct expr_store *st = j->sys->store;
@@ -124,20 +117,25 @@ static bool impulse_init(struct impulse *p, const struct jump *j, struct sga_err
     return p->tape != NULL;
 }
 
-/* Masses, conditions and gradients at x; false: one has no value. */
-static bool look(struct impulse *p, const struct traj_mass *m, double t, const double *x)
+void jump_impulse_matrices(struct impulse *p, const struct traj_mass *m)
 {
     size_t n = (size_t)p->coordinates;
-    memcpy(p->in, x, (size_t)p->n * sizeof *p->in);
-    p->in[p->n] = t;
-    if (!num_tape_eval(p->tape, p->in, p->out))
-        return false;
     memset(p->M, 0, n * n * sizeof *p->M);
     memset(p->J, 0, (size_t)p->conditions * n * sizeof *p->J);
     for (int k = 0; k < m->entries; k++)
         p->M[(size_t)m->row[k] * n + (size_t)m->col[k]] += p->out[k];
     for (int k = 0; k < p->terms; k++)
         p->J[(size_t)p->row[k] * n + (size_t)p->col[k]] += p->out[m->entries + p->conditions + k];
+}
+
+/* Masses, conditions and gradients at x; false: one has no value. */
+static bool look(struct impulse *p, const struct traj_mass *m, double t, const double *x)
+{
+    memcpy(p->in, x, (size_t)p->n * sizeof *p->in);
+    p->in[p->n] = t;
+    if (!num_tape_eval(p->tape, p->in, p->out))
+        return false;
+    jump_impulse_matrices(p, m);
     return true;
 }
 
@@ -150,9 +148,7 @@ static double largest(const double *v, size_t n)
     return most > 0 ? most : 1;
 }
 
-/* One Newton step from v: M (v + dv - v0) - J^T mu = 0 where velocities are free, J dv = -conditions; each condition in units of its gradient,
- * and masses in units of the largest, so that ranks are those of directions. */
-static bool step(const struct impulse *p, const struct traj_mass *m, const double *v, const double *v0, const unsigned char *set, double speed, double *dv)
+bool jump_impulse_solve(const struct impulse *p, const unsigned char *set, const double *kept, const double *off, double speed, double *dv, double *dmu)
 {
     size_t n = (size_t)p->coordinates, c = (size_t)p->conditions, size = n + c;
     SGA_FREED double *K = sga_calloc(size * size + 2 * size + 1, sizeof *K);
@@ -162,10 +158,9 @@ static bool step(const struct impulse *p, const struct traj_mass *m, const doubl
             K[i * size + i] = 1;
             continue;
         }
-        for (size_t k = 0; k < n; k++) {
+        for (size_t k = 0; k < n; k++)
             K[i * size + k] = p->M[i * n + k] / mass;
-            b[i] -= p->M[i * n + k] / mass * (v[k] - v0[k]);
-        }
+        b[i] = kept[i] / mass;
     }
     for (size_t i = 0; i < c; i++) {
         double unit = largest(p->J + i * n, n);
@@ -173,12 +168,28 @@ static bool step(const struct impulse *p, const struct traj_mass *m, const doubl
             K[(n + i) * size + k] = p->J[i * n + k] / unit;
             K[k * size + n + i] = set[k] ? 0 : -p->J[i * n + k] / unit;
         }
-        b[n + i] = -p->out[m->entries + (int)i] / unit;
+        b[n + i] = off[i] / unit;
     }
     if (!dependent_solve(K, b, z, (int)size, speed))
         return false;
     memcpy(dv, z, n * sizeof *dv);
+    for (size_t i = 0; i < c && dmu; i++)
+        dmu[i] = z[n + i] * mass / largest(p->J + i * n, n);
     return true;
+}
+
+/* One Newton step from v: M (v + dv - v0) - J^T mu = 0 where velocities are free, J dv = -conditions. */
+static bool step(const struct impulse *p, const struct traj_mass *m, const double *v, const double *v0, const unsigned char *set, double speed, double *dv)
+{
+    size_t n = (size_t)p->coordinates, c = (size_t)p->conditions;
+    SGA_FREED double *kept = sga_calloc(n + c + 1, sizeof *kept);
+    double *off = kept + n;
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < n; k++)
+            kept[i] -= p->M[i * n + k] * (v[k] - v0[k]);
+    for (size_t i = 0; i < c; i++)
+        off[i] = -p->out[m->entries + (int)i];
+    return jump_impulse_solve(p, set, kept, off, speed, dv, NULL);
 }
 
 /* How far the conditions are missed, by what their gradients make of the velocities. */
@@ -222,7 +233,7 @@ bool jump_impulse(struct jump *j, const struct jump_at *at, struct jump_to *to, 
     const struct traj_mass *m = j->rq->mass;
     size_t n = (size_t)m->coordinates;
     struct impulse p;
-    bool ok = impulse_init(&p, j, err);
+    bool ok = jump_impulse_init(&p, j, err);
     SGA_FREED double *v0 = sga_calloc(2 * n + 1, sizeof *v0);
     SGA_FREED unsigned char *set = sga_calloc(n + 1, 1);
     double *sum = v0 + n, speed = 0, size = 0;
@@ -244,6 +255,6 @@ bool jump_impulse(struct jump *j, const struct jump_at *at, struct jump_to *to, 
         for (size_t k = 0; k < n; k++)
             sum[i] += p.M[i * n + k] * (to->x[m->velocity[k]] - at->x[m->velocity[k]]);
     memcpy(to->impulse, sum, n * sizeof *sum);
-    impulse_clear(&p);
+    jump_impulse_clear(&p);
     return ok;
 }
