@@ -3,7 +3,7 @@
 - nonlinear reference problems of NIST's Statistical Reference Datasets (StRD, https://www.itl.nist.gov/div898/strd/) with their certified values, written as
   equations and as differential equations, from both of NIST's starts: a fit that says it converged has NIST's values (or says which it does not tell);
 - SciPy's least_squares on solve_ivp: experiments of their own starts, weights, missing data, bounds, unknown initial values;
-- data over the bounces of a ball, and over the modes of a converter;
+- data over the bounces of a ball, and over the modes of a converter; over the slides of a mass with dry friction (the closed form, until it sticks), of two experiments at once;
 - a pendulum with a multiplier: g and its length from positions; what data cannot tell; refusals, with code and place.
 """
 import json
@@ -235,6 +235,36 @@ class Check:
         for name, value in (("L", 1.05), ("R", 1.1)) if f else ():
             self.near(f"a converter: {name}", f["parameters"][name]["value"], value, 1e-9)
 
+    def slides(self):
+        """Dry friction: half swings about +- mu/k until the mass sticks; two experiments, with noise, by SciPy on the closed form. Then a relay that holds a state on its surface."""
+        def place(k, mu, x, t):
+            w, c = math.sqrt(k), mu / k
+            while abs(x) > c:
+                middle = math.copysign(c, x)
+                if t < math.pi / w:
+                    return (x - middle) * math.cos(w * t) + middle
+                x, t = 2 * middle - x, t - math.pi / w
+            return x
+        rng, times, starts = random.Random(11), [0.21 * i for i in range(1, 31)], (1.0, -1.7)
+        data = [[place(4, 0.6, a, t) + rng.gauss(0, 0.003) for t in times] for a in starts]
+        right = least_squares(lambda p: [place(*p, a, t) - v for a, values in zip(starts, data) for t, v in zip(times, values)], [4, 0.6], jac="3-point", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        errors = np.sqrt(np.diag(np.linalg.inv(right.jac.T @ right.jac)) * 2 * right.cost / (2 * len(times) - 2))
+        mass = equations(["x", "v"], ["x' = v", "v' = -k*x - mu*sign(v)"], {"k": None, "mu": None})
+        f = self.fit("dry friction", ask({"parameters": {"k": {"guess": 3.8}, "mu": {"guess": 0.55}}, "data": [{"initial": {"x": a}, "times": times, "columns": {"x": values}} for a, values in zip(starts, data)]},
+                                         mass, {"initial": {"x": 1, "v": 0}, "sliding": True}))
+        for k, name in enumerate(("k", "mu") if f else ()):
+            got = f["parameters"][name]
+            self.tally.check(f["converged"] and got["value"] is not None and abs(got["value"] - right.x[k]) <= 1e-3 * errors[k], f"dry friction: {name}", f"{got}, not {right.x[k]}")
+            self.tally.check(abs((got["standard_error"] or 0) - errors[k]) <= 1e-3 * errors[k], f"dry friction: error of {name}", f"{got}, not {errors[k]}")
+        # x comes to 0 at c, y grows by the equivalent control b there: y' = x + b*sign(x), on the surface sign(x) = a cos(t)/c
+        relay = equations(["x", "y"], ["x' = a*cos(t) - c*sign(x)", "y' = b*sign(x)"], {"a": None, "b": None, "c": "2"})
+        own = self.solver.solve({"system": {**relay, "parameters": {"a": "0.7", "b": "1.3", "c": "2"}}, "trajectory": {"stop": 4, "samples": 41, "initial": {"x": 1, "y": 0}, "sliding": True}})[0]["trajectory"]
+        self.tally.check(len(own["slides"]) > 0, "a relay slides")
+        f = self.fit("a relay", ask({"parameters": {"a": {"guess": 0.6}, "b": {"guess": 1}}, "data": {"times": [float(r[0]) for r in own["rows"][1:]], "columns": {"y": [float(r[2]) for r in own["rows"][1:]]}}},
+                                    relay, {"initial": {"x": 1, "y": 0}, "sliding": True}))
+        for name, value in (("a", 0.7), ("b", 1.3)) if f else ():
+            self.near(f"a relay: {name}", f["parameters"][name]["value"], value, 1e-8)
+
     def untold(self):
         f = self.fit("a parameter without influence", ask({"parameters": {"k": 1, "q": 2}, "data": DATA}, equations(["x", "z"], ["x' = -k*x", "z' = q"], {"k": None, "q": 1}),
                                                            {"initial": {"x": 1, "z": 0}}))
@@ -271,6 +301,7 @@ def main():
     check.pendulum()
     check.starts()
     check.bounces()
+    check.slides()
     check.untold()
     check.near_0()
     check.errors()

@@ -57,8 +57,8 @@ static bool check_sliding(struct job *j)
         return true;
     for (int e = 0; e < t->events; e++)
         sets |= t->event[e].sets > 0;
-    if (r->want & (REQUEST_TRADEOFF | REQUEST_FIT))
-        what = "tradeoff or fit";
+    if (r->want & REQUEST_TRADEOFF)
+        what = "tradeoff";
     else if (sets || r->modes)
         what = "modes and events that set variables";
     else if (t->conditions || t->rates)

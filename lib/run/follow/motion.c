@@ -166,6 +166,8 @@ static double rows_until(const struct job *j)
 bool answer_own_motion(struct job *j)
 {
     const struct request_trajectory *t = &j->request->trajectory;
+    j->slides.begin = t->sliding ? slides_begin : NULL;
+    j->slides.end = slides_end;
     if (!(j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)))
         return true;
     if (j->solution->verdict == SGA_INCONSISTENT && !j->request->swept_count)
@@ -197,8 +199,6 @@ bool answer_own_motion(struct job *j)
     bool tradeoff = j->request->want & REQUEST_TRADEOFF;
     if (t->sliding && r.arithmetic == TRAJ_AUTO)
         r.arithmetic = TRAJ_DOUBLE;      /* what pieces are followed in */
-    j->slides.begin = t->sliding ? slides_begin : NULL;
-    j->slides.end = slides_end;
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;

@@ -338,7 +338,7 @@ bool slides_begin(struct job *j, const struct sga_solution *solution, struct tra
 {
     const struct request *q = j->request;
     *out = NULL;
-    if (!q->trajectory.sliding || j->place.depth || !(q->want & REQUEST_TRAJECTORY))
+    if (!q->trajectory.sliding || j->place.depth || !(q->want & (REQUEST_TRAJECTORY | REQUEST_FIT)))
         return true;
     struct slides *s = *out = sga_zeros(mem, 1, sizeof *s);
     *s = (struct slides){ .j = j, .mem = mem, .sys = &q->system, .rq = *rq, .events = rq->events };

@@ -11,6 +11,7 @@
 #include "run_job.h"
 #include "system.h"
 #include "vary_modes.h"
+#include "vary_slides.h"
 
 /* Motions are computed to this at the least, whatever the request's tolerances: what is fitted is a small difference of them. */
 static const double RTOL = 1e-10;
@@ -100,6 +101,8 @@ static bool make_variation(struct fit_work *w, struct fit_experiment *e)
                                   : (struct variation_by){ -1, f->initial[d - f->parameters].variable };
         vary_model_guess(m, &e->rq, by[d].parameter, by[d].variable, guess + (size_t)d * n);
     }
+    if (!vary_slides_new(w->j, m, &e->rq, by, directions, &e->slides))
+        return false;
     e->varied = true;
     e->modes = vary_modes_new(w->j, &(struct vary_modes_of){ m, &e->rq, w->open, f->parameters, by, directions, (int)(e - w->experiment) });
     if (variation_make(&e->variation, &m->request.system, m->solution, &e->rq, by, directions, guess, w->j->err))
@@ -177,11 +180,13 @@ bool fit_work_begin(struct fit_work *w, struct job *j)
 
 void fit_work_end(struct fit_work *w)
 {
-    for (int i = 0; w->experiment && w->fit && i < w->fit->experiments; i++)
+    for (int i = 0; w->experiment && w->fit && i < w->fit->experiments; i++) {
+        vary_slides_free(w->experiment[i].slides);
         if (w->experiment[i].varied) {
             vary_modes_free(w->experiment[i].modes);
             variation_clear(&w->experiment[i].variation);
         }
+    }
     vary_model_clear(&w->model);
     sga_arena_end(&w->mem);
 }
@@ -216,7 +221,7 @@ static bool motion_at(struct fit_work *w, struct fit_experiment *e, const double
     double *own = sga_zeros(&mem, (size_t)w->model.request.system.variables + 1, sizeof *own);
     for (int i = 0; i < f->initials; i++)
         own[f->initial[i].variable] = x[e->first + i];
-    struct vary_at at = { .rq = &e->rq, .parameter = parameters_at(w, x, &mem), .initial = own, .modes = e->modes };
+    struct vary_at at = { .rq = &e->rq, .parameter = parameters_at(w, x, &mem), .initial = own, .modes = e->modes, .slides = e->slides };
     if (!vary_start_at(&w->model, &at, e->x, e->initial, &w->why))
         return false;
     at.initial = e->initial;
@@ -224,7 +229,9 @@ static bool motion_at(struct fit_work *w, struct fit_experiment *e, const double
     for (int j = 0; j < e->variation.n; j++)
         e->variation.guess[j] = e->initial[e->variation.of_defined ? e->variation.defined.variable[j] : j];
     e->variation.request.single = !w->estimate;
-    if (!vary_motion_run(to, &w->model, &e->variation, &at, &w->why))
+    bool ok = vary_motion_run(to, &w->model, &e->variation, &at, &w->why);
+    vary_slides_again(e->slides);
+    if (!ok)
         return false;
     if (comes_to_data(w, e, &to->result))
         return true;

@@ -11,7 +11,8 @@ struct fit_experiment {
     const struct request_experiment *data;
     struct traj_request rq;
     struct variation variation;
-    struct vary_modes *modes;      /* or NULL */
+    struct vary_modes *modes;      /* or NULL, */
+    struct vary_slides *slides;    /* like these */
     bool varied;
     double *time; int times;       /* each once, in the order of the motion */
     int *place;                    /* by time of the data: which of these */

@@ -238,7 +238,7 @@ static bool run(struct asked *a)
     if (!vary_model_make(&a->model, j, open, s->parameters, PLACE) || !general(a) || !set_directions(a))
         return false;
     a->model.rq.samples = j->trajectory->rows;
-    if (!vary_slides_new(j, &a->model, a->by, a->directions, &a->slides) || !make_variation(a))
+    if (!vary_slides_new(j, &a->model, &a->model.rq, a->by, a->directions, &a->slides) || !make_variation(a))
         return false;
     expr_id *parameter = sga_zeros(&a->mem, (size_t)a->model.request.swept_count + 1, sizeof *parameter);
     for (int i = 0; i < a->model.request.swept_count; i++)

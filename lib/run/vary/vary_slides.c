@@ -32,13 +32,13 @@ struct vary_slides {
     struct traj_mode start;
     const struct vary_at *at;
     struct reached *first, **last;
-    struct sga_arena mem;
+    struct sga_arena mem, own;    /* own: of one motion */
 };
 
 /* By surface its function in the copies: those of its events, where the motion does not slide along it. */
 static const expr_id *surfaces_of(struct vary_slides *s, struct expr_store *st, const struct traj_request *rq, const int *sliding)
 {
-    expr_id *g = sga_zeros(&s->mem, (size_t)s->general->surfaces + 1, sizeof *g);
+    expr_id *g = sga_zeros(&s->own, (size_t)s->general->surfaces + 1, sizeof *g);
     assert(rq->events == s->general->own + 2 * s->general->surfaces);       /* as struct traj_modes has them */
     for (int k = 0; k < s->general->surfaces; k++)
         g[k] = sliding[k] < 0 ? rq->event[s->general->own + 2 * k].expression : expr_int(st, 1);
@@ -50,7 +50,7 @@ static bool make(struct vary_slides *s, struct reached *r, struct sga_error *err
     const struct traj_mode *m = r->general;
     struct request *q = &s->model->request;
     size_t n = (size_t)m->sys->variables, all = n * (size_t)s->directions;
-    expr_id *guess = sga_zeros(&s->mem, all + 1, sizeof *guess);
+    expr_id *guess = sga_zeros(&s->own, all + 1, sizeof *guess);
     for (size_t k = 0; k < all; k++)
         guess[k] = expr_int(&q->store, 0);
     r->varied = true;
@@ -82,7 +82,7 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
         r = r->next;
     if (!m || r)
         return m ? &r->mode : NULL;
-    r = sga_zeros(&s->mem, 1, sizeof *r);
+    r = sga_zeros(&s->own, 1, sizeof *r);
     *s->last = r;
     s->last = &r->next;
     r->general = m;
@@ -105,7 +105,7 @@ static bool landed(void *ctx, const struct traj_mode *mode, double t, const doub
                        "shown to: the values are special; leave parameters out", t);
 }
 
-bool vary_slides_new(struct job *j, struct vary_model *model, const struct variation_by *by, int directions, struct vary_slides **out)
+bool vary_slides_new(struct job *j, struct vary_model *model, struct traj_request *rq, const struct variation_by *by, int directions, struct vary_slides **out)
 {
     *out = NULL;
     if (!j->slides.begin)
@@ -113,9 +113,9 @@ bool vary_slides_new(struct job *j, struct vary_model *model, const struct varia
     struct vary_slides *s = *out = sga_calloc(1, sizeof *s);
     *s = (struct vary_slides){ .j = j, .model = model, .by = by, .directions = directions };
     s->last = &s->first;
-    if (!j->slides.begin(&model->job, model->solution, &model->rq, &s->mem, &s->slides))
+    if (!j->slides.begin(&model->job, model->solution, rq, &s->mem, &s->slides))
         return false;
-    s->general = model->rq.modes;
+    s->general = rq->modes;
     if (s->general) {
         s->of = *s->general;
         s->of.start = &s->start;
@@ -141,7 +141,7 @@ void vary_slides_start(struct vary_slides *s, const struct vary_at *at, struct v
     own->request.modes = &s->of;
 }
 
-void vary_slides_free(struct vary_slides *s)
+void vary_slides_again(struct vary_slides *s)
 {
     if (!s)
         return;
@@ -151,6 +151,16 @@ void vary_slides_free(struct vary_slides *s)
         if (r->varied)
             variation_clear(&r->variation);
     }
+    s->first = NULL;
+    s->last = &s->first;
+    sga_arena_end(&s->own);
+}
+
+void vary_slides_free(struct vary_slides *s)
+{
+    if (!s)
+        return;
+    vary_slides_again(s);
     s->j->slides.end(s->slides, false);
     sga_arena_end(&s->mem);
     free(s);
