@@ -66,6 +66,8 @@ def dense(tally, solver):
     if tally.check(answer, "a full matrix", problem):
         told = answer["verdict"], answer["dimensions"]["generations"], answer["index"]["differentiation"]
         tally.check(told == ("unique", [rank], 1), "a full matrix: verdict, generations, index", told)
+        told = any("GROWN_ON_SET" in w["detail"] for w in answer["warnings"]), answer.get("evidence", {}).get("factors_not_searched")
+        tally.check(told == (True, True), "a full matrix: what was not put into each other is told", told)
 
 
 def resistors(n, current):

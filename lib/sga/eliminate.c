@@ -17,8 +17,9 @@
 #include "poly.h"
 #include "regular_shape.h"
 #include "system.h"
+#include "warnings.h"
 
-enum { GROWN = 4, ROOM = 1000 };      /* nodes of a function on the set, beside its own */
+enum { GROWN = 4 };      /* nodes of a function on the set, by its own, beside SGA_MOST_GROWN_ON_SET */
 
 /* Whether v has different values at the two points: then it is no constant. */
 static bool varies(struct state *s, expr_id v)
@@ -162,7 +163,7 @@ static long size_of(struct state *s, expr_id e)
 /* Without a normal form each constraint that is put in may double the function: past this it says nothing more. */
 static bool outgrows(struct state *s, expr_id e, long first)
 {
-    return size_of(s, e) > GROWN * first + ROOM;
+    return size_of(s, e) > GROWN * first + SGA_MOST_GROWN_ON_SET;
 }
 
 /* e with the first `count` of those in s->used put in, one after the other, and brought to normal form each time. What has one and would lose
@@ -185,8 +186,11 @@ static expr_id with_used(struct state *s, expr_id e, int count, expr_id *map, co
         if (put == e)
             continue;
         bool found = poly_normal(s->st, put, limits, &put);
-        if (!found && outgrows(s, put, first))
+        if (!found && outgrows(s, put, first)) {
+            s->sol->not_factored = true;
+            sga_limit_met(s->options->budget, SGA_LIMIT_GROWN_ON_SET);
             continue;
+        }
         e = found || !has || !is_one_part(s, put) ? put : e;
         has |= found;
     }
