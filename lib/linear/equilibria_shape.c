@@ -209,6 +209,19 @@ static bool nothing_else(const struct shaping *s, struct linear_place *place, in
     return true;
 }
 
+/* Whether all functions have a value at the place: a numerator says nothing of what is divided by. */
+static bool all_have_values(const struct shaping *s, struct linear_place *place, const expr_id *held, int helds)
+{
+    expr_id *e = sga_take(s->mem, ((size_t)functions_most(s->rq, helds) + 1) * sizeof *e);
+    struct linear_matrix v;
+    int count = functions_of(s->rq, held, helds, e);
+    bool have = linear_place_matrix(place, e, count, 1, &v);
+    for (int i = 0; i < linear_rows(&v) && have; i++)
+        have = arb_is_finite(arb_mat_entry(v.b, i, 0));
+    linear_matrix_clear(&v);
+    return have;
+}
+
 bool equilibrium_shape_find(struct equilibrium_shape *out, struct sga_arena *mem, const struct linear_request *rq, const expr_id *held, int helds, const double *x, struct linear_place *place)
 {
     struct shaping s = { .mem = mem, .rq = rq, .st = rq->sys->store, .n = rq->sys->variables };
@@ -225,7 +238,7 @@ bool equilibrium_shape_find(struct equilibrium_shape *out, struct sga_arena *mem
     linear_place_clear(place);
     guess.zero = s.chosen + sol->constraints;
     guess.zeros = s.chosens - sol->constraints;
-    if (!linear_place_find(place, rq->sys, sol, &guess) || place->basis == LINEAR_NUMERIC || !independent(&s, place))
+    if (!linear_place_find(place, rq->sys, sol, &guess) || place->basis == LINEAR_NUMERIC || !independent(&s, place) || !all_have_values(&s, place, held, helds))
         return false;
     out->factor = s.chosen;
     out->factors = s.chosens;
