@@ -13,6 +13,8 @@
 #include <unistd.h>
 
 static const double CONNECT_SECONDS = 5, MAKING_SECONDS = 1;
+/* A database that has just gone away is back within that, where only connections broke: the keeper looks twice a second. */
+static const double BACK_SECONDS = 1.5;
 
 static void put(struct pg_args *a, const char *value, int length, int format)
 {
@@ -143,9 +145,17 @@ PGconn *pg_connect_again(struct pg *p, char *why, size_t size)
 
 /* -- The pool -- */
 
+/* Until the database is back, or has been away for so long that nobody waits for it. */
+static void wait_until_back(struct pg *p)
+{
+    while (atomic_load(&p->down) && !atomic_load(&p->stop) && sga_now() < atomic_load(&p->down_since) + BACK_SECONDS)
+        usleep(10000);
+}
+
 static int borrow(struct pg *p)
 {
     int found = -1;
+    wait_until_back(p);
     pthread_mutex_lock(&p->lock);
     while (found < 0 && !atomic_load(&p->down)) {
         for (int i = 0; i < PG_POOL && found < 0; i++)
@@ -169,8 +179,10 @@ static void give_back(struct pg *p, int i)
     pthread_mutex_unlock(&p->lock);
 }
 
-static void went_down(struct pg *p, const char *why)
+void pg_went_down(struct pg *p, const char *why)
 {
+    if (!atomic_load(&p->down))
+        atomic_store(&p->down_since, sga_now());
     if (!atomic_exchange(&p->down, true))
         log_event(LOG_L_ERROR, "database_away", "reason", why, NULL);
     pthread_mutex_lock(&p->lock);
@@ -180,13 +192,18 @@ static void went_down(struct pg *p, const char *why)
 
 static bool connected(struct pg *p, int i)
 {
+    enum { ROUNDS = 2 };
     char why[512];
     if (p->conn[i])
         return true;
     p->known[i] = 0;
-    if (!(p->conn[i] = pg_connect_again(p, why, sizeof why)))
-        went_down(p, why);
-    return p->conn[i];
+    for (int rounds = 0; !(p->conn[i] = pg_connect_again(p, why, sizeof why)); rounds++) {
+        pg_went_down(p, why);
+        wait_until_back(p);
+        if (atomic_load(&p->down) || rounds == ROUNDS)
+            return false;
+    }
+    return true;
 }
 
 /* Errors that say: not now, or not on this connection. */
@@ -222,7 +239,7 @@ PGresult *pg_ask(struct pg *p, const char *sql, const struct pg_args *a, bool bi
             p->conn[i] = NULL;
         }
         if (sga_now() >= until)
-            went_down(p, "it does not answer");
+            pg_went_down(p, "it does not answer");
     }
     ExecStatusType s = PQresultStatus(r);
     if (r && s != PGRES_TUPLES_OK && s != PGRES_COMMAND_OK) {

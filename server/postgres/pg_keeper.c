@@ -100,8 +100,8 @@ static void *work(void *arg)
             told(p);                     /* whatever was missed */
             keep(p, c);
             PQfinish(c);
-        } else if (!atomic_exchange(&p->down, true)) {
-            log_event(LOG_L_ERROR, "database_away", "reason", why, NULL);
+        } else {
+            pg_went_down(p, why);
         }
         for (double until = sga_now() + AGAIN; sga_now() < until && !atomic_load(&p->stop);)
             usleep(20000);

@@ -46,6 +46,7 @@ struct pg {
     struct metrics *metrics;
     const atomic_long *result_limit;
     atomic_bool down, healthy, stop, hinted, looking;
+    _Atomic double down_since;         /* sga_now() */
     pthread_mutex_t lock;            /* guards the pool and heard */
     pthread_cond_t free, news;
     PGconn *conn[PG_POOL];
@@ -81,6 +82,8 @@ PGconn *pg_connect(const char *address, char *why, size_t size);
 /* Once or twice more: a connection may break while it is made, as where a proxy between ends all that it has, and that is no server that
  * is away. Not where one is known to be. */
 PGconn *pg_connect_again(struct pg *p, char *why, size_t size);
+/* The database is away, for this reason: asked for until it is back it fails at once, but in the first second or so, in which it is waited for. */
+void pg_went_down(struct pg *p, const char *why);
 /* A statement on a connection, given up after so many seconds (then the connection is of no use any
  * more). NULL: no answer came; else a result, which may tell of an error. */
 PGresult *pg_run(PGconn *c, const char *sql, const struct pg_args *a, bool binary, double seconds);

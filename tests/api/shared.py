@@ -269,8 +269,9 @@ class Relay:
 
     def __init__(self, server):
         self.folder, self.to = tempfile.mkdtemp(prefix="sgad-relay-"), os.path.join(server.folder, ".s.PGSQL.5432")
-        self.open, self.pairs, self.server = threading.Event(), [], socket.socket(socket.AF_UNIX)
+        self.open, self.taking, self.pairs, self.server = threading.Event(), threading.Event(), [], socket.socket(socket.AF_UNIX)
         self.open.set()
+        self.taking.set()
         self.server.bind(os.path.join(self.folder, ".s.PGSQL.5432"))
         self.server.listen(100)
         threading.Thread(target=self.accept, daemon=True).start()
@@ -281,6 +282,9 @@ class Relay:
                 near = self.server.accept()[0]
             except OSError:
                 return
+            if not self.taking.is_set():
+                near.close()
+                continue
             far = socket.socket(socket.AF_UNIX)
             try:
                 far.connect(self.to)
@@ -340,6 +344,11 @@ def shared_stalled(build, c):
                     relay.cut()
                     job = a.ask("POST", "/v1/solve", trivial()).json()
                     c(job["status"] == "done", f"also after {k + 1} cuts", job)
+                relay.taking.clear()
+                relay.cut()
+                threading.Timer(0.6, relay.taking.set).start()
+                job = a.ask("POST", "/v1/solve", trivial()).json()
+                c(job["status"] == "done", "a post waits for a database that is back at once", job)
                 c(a.stop() == 0, "it ends with 0", a.errors()[-500:])
         finally:
             relay.close()
