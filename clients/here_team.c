@@ -74,12 +74,14 @@ static bool share(void *ctx, int from, int count, double spent, double each)
     struct here_team *t = ctx;
     (void)spent;
     (void)each;
+    if (t->copy)                 /* it could not be done before */
+        return false;
     void *shared = mmap(NULL, sizeof *t->next, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     t->copy = calloc((size_t)t->processes, sizeof *t->copy);
     t->there = calloc((size_t)count, 1);
-    if (shared == MAP_FAILED || !t->copy || !t->there)
+    t->next = shared == MAP_FAILED ? NULL : shared;
+    if (!t->next || !t->copy || !t->there)
         return false;
-    t->next = shared;
     t->count = count;
     memset(t->there, 1, (size_t)from);
     atomic_store(t->next, from);

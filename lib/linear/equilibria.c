@@ -364,7 +364,7 @@ static bool from_branches(struct search *s, uint64_t *random, struct sga_error *
     double *x = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *x);
     int branches = equilibria_branches(s->q->rq, s->q->held, s->q->helds, &s->mem, &branch);
     for (int b = 0; b < branches; b++)
-        for (int start = 1; start <= BRANCH_STARTS && sga_budget_ok(budget, err); start++) {
+        for (int start = 1; branch[b].factors <= s->n && start <= BRANCH_STARTS && sga_budget_ok(budget, err); start++) {
             struct points_point p;
             draw(s, start, random, x);
             s->on.space.constraints = branch[b].factors;

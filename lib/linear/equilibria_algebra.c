@@ -2,9 +2,9 @@
 #include "equilibria.h"
 
 #include <arb_poly.h>
-#include <assert.h>
 
 #include "arb_ends.h"
+#include "equilibria_shape.h"
 #include "linearize.h"
 #include "reduction.h"
 #include "roots.h"
@@ -17,19 +17,9 @@ enum { FIRST_BITS = 128, MOST_BITS = 8192, TOLD_BITS = 40 };
 static enum poly_count count(struct poly_real_zeros *z, const struct linear_request *rq, const expr_id *held, int helds, bool part)
 {
     const struct sys_system *sys = rq->sys;
-    int most = sys->rows + sys->restrictions + helds + rq->sol->constraints, n = 0;
     SGA_ARENA(mem);
-    expr_id *e = sga_take(&mem, ((size_t)most + 1) * sizeof *e);
-    int *symbol = sga_take(&mem, ((size_t)sys->variables + 1) * sizeof *symbol);
-    for (int i = 0; i < sys->rows; i++)
-        e[n++] = sys->row[i].alpha;
-    for (int i = 0; i < sys->restrictions; i++)
-        e[n++] = sys->restriction[i];
-    for (int i = 0; i < helds; i++)
-        e[n++] = held[i];
-    for (int i = 0; i < rq->sol->constraints && part; i++)
-        e[n++] = rq->sol->constraint[i].expr;
-    assert(n <= most);
+    expr_id *e = sga_take(&mem, ((size_t)equilibria_functions_most(rq, helds) + 1) * sizeof *e);
+    int *symbol = sga_take(&mem, ((size_t)sys->variables + 1) * sizeof *symbol), n = equilibria_functions(rq, held, helds, part, e);
     for (int k = 0; k < sys->variables; k++)
         symbol[k] = sys->variable[k].symbol;
     return poly_real_zeros(sys->store, e, n, symbol, sys->variables, rq->budget, z);

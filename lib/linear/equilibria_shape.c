@@ -43,8 +43,7 @@ static int is_zero_at(struct linear_place *place, expr_id e)
     return is;
 }
 
-/* The functions whose zeros equilibria are; their number. */
-static int functions_of(const struct linear_request *rq, const expr_id *held, int helds, expr_id *e)
+int equilibria_functions(const struct linear_request *rq, const expr_id *held, int helds, bool constraints, expr_id *e)
 {
     const struct sys_system *sys = rq->sys;
     int n = 0;
@@ -54,12 +53,12 @@ static int functions_of(const struct linear_request *rq, const expr_id *held, in
         e[n++] = sys->restriction[i];
     for (int i = 0; i < helds; i++)
         e[n++] = held[i];
-    for (int i = 0; i < rq->sol->constraints; i++)
+    for (int i = 0; i < rq->sol->constraints && constraints; i++)
         e[n++] = rq->sol->constraint[i].expr;
     return n;
 }
 
-static int functions_most(const struct linear_request *rq, int helds)
+int equilibria_functions_most(const struct linear_request *rq, int helds)
 {
     return rq->sys->rows + rq->sys->restrictions + helds + rq->sol->constraints;
 }
@@ -131,8 +130,8 @@ static bool factor(struct shaping *s, struct linear_place *place, expr_id e, dou
 
 static bool factor_all(struct shaping *s, struct linear_place *place, const expr_id *held, int helds)
 {
-    expr_id *e = sga_take(s->mem, ((size_t)functions_most(s->rq, helds) + 1) * sizeof *e);
-    int count = functions_of(s->rq, held, helds, e);
+    expr_id *e = sga_take(s->mem, ((size_t)equilibria_functions_most(s->rq, helds) + 1) * sizeof *e);
+    int count = equilibria_functions(s->rq, held, helds, true, e);
     double scale = 1;
     for (int k = 0; k < s->n; k++)
         scale = fmax(scale, fabs(place->x[k]));
@@ -212,9 +211,9 @@ static bool nothing_else(const struct shaping *s, struct linear_place *place, in
 /* Whether all functions have a value at the place: a numerator says nothing of what is divided by. */
 static bool all_have_values(const struct shaping *s, struct linear_place *place, const expr_id *held, int helds)
 {
-    expr_id *e = sga_take(s->mem, ((size_t)functions_most(s->rq, helds) + 1) * sizeof *e);
+    expr_id *e = sga_take(s->mem, ((size_t)equilibria_functions_most(s->rq, helds) + 1) * sizeof *e);
     struct linear_matrix v;
-    int count = functions_of(s->rq, held, helds, e);
+    int count = equilibria_functions(s->rq, held, helds, true, e);
     bool have = linear_place_matrix(place, e, count, 1, &v);
     for (int i = 0; i < linear_rows(&v) && have; i++)
         have = arb_is_finite(arb_mat_entry(v.b, i, 0));
@@ -261,6 +260,14 @@ bool equilibrium_shape_has(const struct equilibrium_shape *s, const struct equil
     return has;
 }
 
+bool equilibrium_shape_may_have(const struct equilibrium_shape *s, struct linear_place *place)
+{
+    for (int k = 0; k < s->factors; k++)
+        if (is_zero_at(place, s->factor[k]) == 0)
+            return false;
+    return true;
+}
+
 /* All factors of a function. */
 static bool factors_of(struct shaping *s, expr_id e)
 {
@@ -295,7 +302,7 @@ static bool branch(struct shaping *s, int at, struct equilibria_branch *out, int
         memcpy(b->factor, s->chosen, (size_t)s->chosens * sizeof *b->factor);
         return true;
     }
-    for (int k = 0; k < s->of[at].count && s->chosens < s->n; k++) {
+    for (int k = 0; k < s->of[at].count; k++) {
         s->chosen[s->chosens++] = s->of[at].factor[k];
         bool ok = branch(s, at + 1, out, count);
         s->chosens--;
@@ -308,12 +315,12 @@ static bool branch(struct shaping *s, int at, struct equilibria_branch *out, int
 int equilibria_branches(const struct linear_request *rq, const expr_id *held, int helds, struct sga_arena *mem, struct equilibria_branch **out)
 {
     struct shaping s = { .mem = mem, .rq = rq, .st = rq->sys->store, .n = rq->sys->variables };
-    int most = functions_most(rq, helds), count = 0;
+    int most = equilibria_functions_most(rq, helds), count = 0;
     expr_id *e = sga_take(mem, ((size_t)most + 1) * sizeof *e);
     bool several = false;
-    most = functions_of(rq, held, helds, e) - rq->sol->constraints;      /* those come first, as they are */
+    most = equilibria_functions(rq, held, helds, false, e);      /* constraints come first, as they are */
     s.of = sga_zeros(mem, (size_t)most + 1, sizeof *s.of);
-    s.chosen = sga_take(mem, ((size_t)s.n + (size_t)rq->sol->constraints + 1) * sizeof *s.chosen);
+    s.chosen = sga_take(mem, ((size_t)most + (size_t)rq->sol->constraints + 1) * sizeof *s.chosen);
     for (int i = 0; i < rq->sol->constraints; i++)
         s.chosen[s.chosens++] = rq->sol->constraint[i].expr;
     *out = sga_take(mem, MOST_BRANCHES * sizeof **out);
@@ -368,8 +375,8 @@ enum poly_count equilibria_beside(const struct linear_request *rq, const expr_id
     struct expr_store *st = rq->sys->store;
     int n = rq->sys->variables, products = 1;
     SGA_ARENA(mem);
-    expr_id *e = sga_take(&mem, ((size_t)functions_most(rq, helds) + 2) * sizeof *e);
-    int *symbol = sga_take(&mem, ((size_t)n + 2) * sizeof *symbol), count = functions_of(rq, held, helds, e);
+    expr_id *e = sga_take(&mem, ((size_t)equilibria_functions_most(rq, helds) + 2) * sizeof *e);
+    int *symbol = sga_take(&mem, ((size_t)n + 2) * sizeof *symbol), count = equilibria_functions(rq, held, helds, true, e);
     enum poly_count status = POLY_COUNTED;
     *others = 0;
     for (int k = 0; k < n; k++)

@@ -5,7 +5,7 @@
  * factors of these functions count that vanish at x, each once. Factors are chosen, one of each function that does not follow from those before; where
  * they are independent at a point next to x that is proved to be a zero of them, the point is an equilibrium on a manifold of these, of
  * dimension n - r. Where all chosen factors follow from those by which alone a function can vanish there, equilibria about the point are just this
- * manifold: multiplicities, and functions that follow from others, do no harm. */
+ * manifold: multiplicities, and functions that follow from others, do no harm. A family is what factors over the rationals tell: it may have several branches. */
 #ifndef SGA_LINEAR_EQUILIBRIA_SHAPE_H
 #define SGA_LINEAR_EQUILIBRIA_SHAPE_H
 
@@ -29,8 +29,15 @@ bool equilibrium_shape_find(struct equilibrium_shape *s, struct sga_arena *mem, 
 /* Whether the point of another shape, at the place, is shown to be one of the equilibria that this one tells. */
 bool equilibrium_shape_has(const struct equilibrium_shape *s, const struct equilibrium_shape *other, struct linear_place *place);
 
+/* The functions whose zeros equilibria are, into e (room for equilibria_functions_most); their number. constraints: those of the final set too, last. */
+int equilibria_functions(const struct linear_request *rq, const expr_id *held, int helds, bool constraints, expr_id *e);
+int equilibria_functions_most(const struct linear_request *rq, int helds);
+
+/* Whether the place may be one of the zeros of the shape's factors. */
+bool equilibrium_shape_may_have(const struct equilibrium_shape *s, struct linear_place *place);
+
 /* Systems of factors, the constraints and one of each further function, whose zeros together are all equilibria: where some function has several. In mem; their number, 0 where
- * there is but one, or too many. Factors that vanish with others are left out. */
+ * there is but one, or too many. Factors that vanish with others are left out, as far as that is seen: there may be more than variables. */
 struct equilibria_branch { expr_id *factor; int factors; };
 int equilibria_branches(const struct linear_request *rq, const expr_id *held, int helds, struct sga_arena *mem, struct equilibria_branch **out);
 

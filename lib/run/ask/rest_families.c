@@ -63,6 +63,18 @@ void rest_families_clear(struct rest *r)
     r->points = 0;
 }
 
+/* Whether a point that is isolated may be a zero of some family's factors, and so is not among those that are counted beside families. */
+static bool may_be_on_one(struct rest *r, const struct equilibrium *p, const struct equilibrium_shape *family, int families)
+{
+    struct linear_guess guess = { .x = p->x, .zero = p->zero, .zeros = p->zeros, .budget = r->j->budget };
+    struct linear_place place;
+    bool on = !linear_place_find(&place, r->s.rq.sys, r->s.rq.sol, &guess);
+    for (int f = 0; f < families && !on; f++)
+        on = equilibrium_shape_may_have(family + f, &place);
+    linear_place_clear(&place);
+    return on;
+}
+
 bool rest_families_are_all(struct rest *r, const struct equilibria *e, int *families, long *beside)
 {
     int isolated = 0, shown = 0;
@@ -73,7 +85,14 @@ bool rest_families_are_all(struct rest *r, const struct equilibria *e, int *fami
         shown += !p->left_out;
         if (p->shape.dimension > 0 && !p->left_out)
             family[(*families)++] = p->shape;
-        isolated += !e->point[k].degenerate || (p->placed && p->shape.dimension == 0);
+    }
+    for (int k = 0; k < e->points; k++) {
+        const struct rest_point *p = r->point + k;
+        if (e->point[k].degenerate && !(p->placed && p->shape.dimension == 0))
+            continue;
+        if (may_be_on_one(r, e->point + k, family, *families))
+            return false;
+        isolated++;
     }
     assert(shown <= e->points && r->certified <= shown);
     return *families > 0 && r->certified == shown && equilibria_beside(&r->s.rq, r->held_zero, r->helds, family, *families, beside) == POLY_COUNTED && *beside == isolated;
