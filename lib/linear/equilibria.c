@@ -174,7 +174,8 @@ static struct equilibrium *keep_point(struct search *s, const double *x, bool ce
         one.zero[k] = k < l->states ? l->rate[k] : s->q->held[k - l->states];
     one.states = l->states;
     one.state = sga_take(&e->mem, ((size_t)l->states + 1) * sizeof *one.state);
-    memcpy(one.state, l->state, (size_t)l->states * sizeof *one.state);
+    if (l->states)
+        memcpy(one.state, l->state, (size_t)l->states * sizeof *one.state);
     SGA_RESERVE_IN(&e->mem, e->point, e->cap, (size_t)e->points + 1);
     e->point[e->points] = one;
     return e->point + e->points++;
