@@ -12,6 +12,7 @@ import mpmath as mp
 
 import jets
 from enclosures_events import backwards, random_events, touches
+from enclosures_starts import known_starts, random_starts
 from solver import Solver
 from tally import ROOT, Tally, build_folder, scaled, seed
 
@@ -251,6 +252,8 @@ def main():
     random_events(c, rng, scaled(40))
     backwards(c, rng, scaled(8))
     touches(c)
+    known_starts(c)
+    random_starts(c, rng, scaled(30))
     c.known()
     return tally.end()
 

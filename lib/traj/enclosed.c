@@ -213,7 +213,9 @@ static bool run(struct attempt *a, const double *near, struct sga_error *err)
         arb_set_fmpq(a->knot + k, a->knots.knot + k, a->prec + 32);
     enc_tables_round(&a->tables, a->prec + TABLE_EXTRA);
     enter(a, 0);
-    if (!enclosed_start(a->f, a->sys, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err) || !on_sides(a, err))
+    bool placed = rq->found ? enclosed_place(rq->found, &a->problem, a->t0, a->prec, a->start, err)
+                            : enclosed_start(a->f, a->sys, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err);
+    if (!placed || !on_sides(a, err))
         return false;
     struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .knot = a->knot, .knots = a->knots.count,
                                  .before = a->before, .enter = enter, .jump = enclosed_jumps(a->f, a->sol) ? jump : NULL, .ctx = a,

@@ -11,6 +11,15 @@ struct sys_system;
 struct traj_request;
 struct traj_result;
 
+/* In balls, a start that was searched for: the point of `with` (constraints, relations, bounds that it lies on) that is meant by the start `near` of the request
+ * `asked` (enclosed_start), which must lie within the bounds. All are borrowed, and of the whole system, of which the motion's may be a part. */
+struct enclosed_found {
+    struct flow *flow;            /* of `with` */
+    const struct sys_system *sys; const struct sga_solution *with; const struct traj_request *asked;
+    const double *near, *low, *high;   /* low, high: by variable, or NULL */
+    const expr_id *also; int alsos;    /* relations that follow from those of `with`, as far as doubles tell: 0 at the start, to its bits */
+};
+
 /* Boxes that are proved to hold the solution at the samples, with radii within the tolerances,
  * at as many bits as that takes. r->initial holds the consistent start in double, and its exact meaning is that of
  * enclosed_start. What cannot be shown ends the trajectory (`ended`) or is a shortfall; NOT_SUPPORTED for
@@ -28,6 +37,8 @@ void enclosed_problem_clear(struct enclose_problem *problem);
  * False: INITIAL, it cannot be proved with prec bits. */
 bool enclosed_start(struct flow *f, const struct sys_system *sys, const struct enclose_problem *problem, const struct sga_solution *sol,
                     const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
+/* enclosed_place.c: the start that was searched for, in the motion's variables. */
+bool enclosed_place(const struct enclosed_found *found, const struct enclose_problem *problem, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
 /* enclosed_nearest.c: x (n) becomes the nearest point, tier by tier (tiers.h), if one near `near` can be proved; where rq->asked says so with the derivatives that it has. */
 bool enclosed_nearest(const struct sys_system *sys, const struct enclose_problem *problem, const struct sga_solution *sol,
                       const struct traj_request *rq, const struct sizes *sizes, const double *near, const arb_t t0, slong prec, arb_ptr x);

@@ -10,8 +10,8 @@
 
 bool start_relations_any(const struct traj_request *rq);
 /* traj_run and traj_consistent from such a start, which is the result's `initial`; `moved` is the distance from the guess, r->relation what the
- * relations miss there. False with err: INITIAL at the relation or bound that is not met, GAUGE at a relation that the gauge enters, NOT_SUPPORTED
- * where the start would have to be enclosed. In double-double the relations hold to its digits. Expressions go to the store of sys. */
+ * relations miss there. False with err: INITIAL at the relation or bound that is not met, GAUGE at a relation that the gauge enters. In
+ * double-double the relations hold to its digits, in balls the start is proved to be there (struct enclosed_found). Expressions go to the store of sys. */
 bool start_relations_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err);
 bool start_relations_consistent(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_initial *r, struct sga_error *err);
 

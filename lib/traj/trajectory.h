@@ -46,6 +46,7 @@ struct traj_mass {
 };
 
 struct traj_request;
+struct enclosed_found;
 
 /* A system at certain values of its modes, reduced: events, samples and columns of `rq` are those of all others. */
 struct traj_mode {
@@ -186,6 +187,7 @@ struct traj_request {
     const struct traj_turns *turns;        /* NULL: none of the variables is a derivative */
     const struct traj_slopes *slopes;      /* the same, of events that set something */
     const struct traj_asked *asked;        /* NULL: none of the variables is a derivative, or it is not asked for in balls */
+    const struct enclosed_found *found;    /* in balls: what a start that was searched for is (enclosed.h); or NULL */
     const struct traj_carried *carried;    /* NULL: pieces are the motion's own */
     const struct traj_request *sized_by;   /* of a later piece of a motion: the request that natural sizes are those of; NULL: its own */
     bool ends_there;                       /* singular positions are not passed */

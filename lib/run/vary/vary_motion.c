@@ -82,6 +82,9 @@ static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct
     c->request.low = c->request.high = NULL;
     if (!vary_start_slopes(m, v->by, v->directions, at, slope, off, &to->exact_start, err))
         return false;
+    if (c->request.arithmetic == TRAJ_BALL && (at->rq->relations || at->rq->low))
+        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/sensitivities", "the derivatives of a start that is searched for (start_equations, bounds) are not enclosed in balls; use "
+                           "\"double-double\" or \"double\", or give the start itself in trajectory.initial");
     if (c->request.arithmetic == TRAJ_BALL) {
         double *unit = sga_zeros(&mem, n + 1, sizeof *unit);
         if (!to->exact_start || !vary_start_units(m, at, unit, err) || !variation_place_nearest(v, &c->request, at->x, slope, unit))
