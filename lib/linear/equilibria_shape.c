@@ -12,7 +12,7 @@
 #include "system.h"
 
 enum { MOST_PRODUCTS = 64, MOST_BRANCHES = 64 };       /* of factors, one of each family, or of each function */
-/* A factor may vanish next to a place if its zeros are, by its slope, within this beside 1 and the place: a multiple zero is found to half of the digits. */
+/* A factor may vanish next to a place if its zeros are, by its slope, within this beside 1 and the variables that it depends on there: a multiple zero is found to half of the digits. */
 static const double NEAR = 1e-4;
 
 /* One function: its factors, those first that may vanish next to the place. */
@@ -86,7 +86,17 @@ static double size_of(const struct linear_matrix *m)
     return size;
 }
 
-/* About how far the zeros of e are from the place; infinite: no slope tells. */
+/* 1, or the largest variable that the gradient has. */
+static double scale_of(const struct shaping *s, const struct linear_place *place, const struct linear_matrix *gradient)
+{
+    double scale = 1;
+    for (int k = 0; k < s->n; k++)
+        if (linear_matrix_double(gradient, 0, k) != 0)
+            scale = fmax(scale, fabs(place->x[k]));
+    return scale;
+}
+
+/* About how far the zeros of e are from the place, by its scale; infinite: no slope tells. */
 static double distance(const struct shaping *s, struct linear_place *place, expr_id e)
 {
     struct linear_matrix v, d;
@@ -97,14 +107,14 @@ static double distance(const struct shaping *s, struct linear_place *place, expr
     if (ok && size_of(&v) == 0)
         off = 0;
     else if (ok && size_of(&d) > 0)
-        off = size_of(&v) / size_of(&d);
+        off = size_of(&v) / size_of(&d) / scale_of(s, place, &d);
     linear_matrix_clear(&v);
     linear_matrix_clear(&d);
     return off;
 }
 
 /* False: its factors are not known, or none vanishes next to the place. */
-static bool factor(struct shaping *s, struct linear_place *place, expr_id e, double scale)
+static bool factor(struct shaping *s, struct linear_place *place, expr_id e)
 {
     struct poly_limits limits = poly_limits_of(POLY_AMPLE, s->rq->budget);
     struct poly_factors f;
@@ -117,7 +127,7 @@ static bool factor(struct shaping *s, struct linear_place *place, expr_id e, dou
         expr_id one = f.factor[k].expr;
         ok &= f.factor[k].irreducible;
         to->factor[to->count++] = one;
-        if (distance(s, place, one) > NEAR * scale)
+        if (distance(s, place, one) > NEAR)
             continue;
         to->factor[to->count - 1] = to->factor[to->near];
         to->factor[to->near++] = one;
@@ -132,12 +142,9 @@ static bool factor_all(struct shaping *s, struct linear_place *place, const expr
 {
     expr_id *e = sga_take(s->mem, ((size_t)equilibria_functions_most(s->rq, helds) + 1) * sizeof *e);
     int count = equilibria_functions(s->rq, held, helds, true, e);
-    double scale = 1;
-    for (int k = 0; k < s->n; k++)
-        scale = fmax(scale, fabs(place->x[k]));
     s->of = sga_zeros(s->mem, (size_t)count + 1, sizeof *s->of);
     for (int i = 0; i < count; i++)
-        if (!factor(s, place, e[i], scale))
+        if (!factor(s, place, e[i]))
             return false;
     return true;
 }

@@ -134,6 +134,37 @@ static void take_discs(struct spectrum_of *s, acb_ptr e, int n)
     assert(left == 0);
 }
 
+/* All eigenvalues lie about m, the mean of the diagonal, within a norm of A - m: into e. Where entries are not told from 0, nothing else is known. */
+static void all_within(acb_t e, const struct linear_matrix *A)
+{
+    int n = linear_rows(A);
+    SGA_ENDS(arb_mat_end) arb_mat_t rest;
+    SGA_ENDS(mag_end) mag_t norm = { 0 };
+    arb_ptr mean = acb_realref(e);
+    arb_mat_init(rest, n, n);
+    arb_mat_trace(mean, A->b, LINEAR_BITS);
+    arb_div_si(mean, mean, n, LINEAR_BITS);
+    mag_zero(arb_radref(mean));
+    arb_mat_set(rest, A->b);
+    for (int i = 0; i < n; i++)
+        arb_sub(arb_mat_entry(rest, i, i), arb_mat_entry(rest, i, i), mean, LINEAR_BITS);
+    arb_mat_bound_inf_norm(norm, rest);
+    arb_zero(acb_imagref(e));
+    arb_add_error_mag(acb_realref(e), norm);
+    arb_add_error_mag(acb_imagref(e), norm);
+}
+
+/* A disc that reaches beyond all of them has what it shares with them; discs of several are alike. */
+static void cut_back(acb_ptr e, const acb_t all)
+{
+    if (!acb_is_finite(e)) {
+        acb_set(e, all);
+        return;
+    }
+    arb_intersection(acb_realref(e), acb_realref(e), acb_realref(all), LINEAR_BITS);
+    arb_intersection(acb_imagref(e), acb_imagref(e), acb_imagref(all), LINEAR_BITS);
+}
+
 static bool enclose(acb_ptr e, const struct linear_matrix *A)
 {
     int n = linear_rows(A);
@@ -145,6 +176,15 @@ static bool enclose(acb_ptr e, const struct linear_matrix *A)
     acb_mat_approx_eig_qr(near, NULL, R, M, NULL, 0, LINEAR_BITS);
     bool ok = acb_mat_eig_multiple(e, M, near, R, LINEAR_BITS);
     _acb_vec_clear(near, n);
+    acb_ptr all = _acb_vec_init(1);
+    all_within(all, A);
+    for (int i = 0; i < n; i++)
+        if (ok)
+            cut_back(e + i, all);
+        else
+            acb_set(e + i, all);
+    ok = acb_is_finite(all);
+    _acb_vec_clear(all, 1);
     return ok;
 }
 
