@@ -475,7 +475,7 @@ IMPULSES = [
 
 
 def impulses(tally, solver):
-    """Motions with an impulse in double-double, against Taylor series in 40 digits of the equations with multipliers, and the impulse's own equations."""
+    """Motions with an impulse in double-double and in balls, against Taylor series in 40 digits of the equations with multipliers, and the impulse's own equations."""
     old, mpmath.mp.dps = mpmath.mp.dps, 40
     for name, q, m, F, h, start, rates, event, struck, factor in IMPULSES:
         S = sp.symbols(q)
@@ -529,22 +529,25 @@ def impulses(tally, solver):
         on = mpmath.odefun(field, hit, [*before[:n], *after], tol=mpmath.mpf(10)**-34)
         stop = hit + mpmath.mpf(1) / 8
         times = [str(sp.Rational(int(hit * 64), 64)), str(sp.Rational(int(stop * 64), 64))]
-        result, problem = solver.solve({"system": {"form": "mechanical", "coordinates": q, "masses": m, "forces": F, "constraints": h}, "want": ["trajectory"],
-                                        "accuracy": {"arithmetic": "double-double", "rtol": 1e-22, "atol": 1e-22},
-                                        "trajectory": {"times": [0, *times], "initial": {**start, **{v + "'": rates.get(v + "'", 0) for v in q}}, "outputs": q + [v + "'" for v in q],
-                                                       "events": [{"name": "hit", "expression": event, "action": "set", "set": {struck + "'": f"({factor})*{struck}'"}, "max": 1}]}})
-        if not tally.check(result is not None, f"impulse {name}", str(problem)):
-            continue
-        trajectory = result["trajectory"]
-        when = trajectory["events"][0]["t"]
-        told = trajectory["events"][0]["error"]
-        gap = abs(mpmath.mpf(getattr(when, "text", repr(when))) - hit)
-        tally.check(gap <= told and told < 1e-18, f"impulse {name}: when", f"{mpmath.nstr(gap, 3)}, told {told}")
-        for row, moved in zip(trajectory["rows"][1:], (motion, on)):
-            s = mpmath.mpf(sp.Rational(times[0] if moved is motion else times[1]).p) / sp.Rational(times[0] if moved is motion else times[1]).q
-            right = moved(s)
-            gap = max(abs(mpmath.mpf(getattr(a, "text", repr(a))) - e) for a, e in zip(row[1:], right))
-            tally.check(gap <= trajectory["error_estimate"] < 1e-17, f"impulse {name}: {'before' if moved is motion else 'after'}", f"{mpmath.nstr(gap, 3)}, told {trajectory['error_estimate']}")
+        for arithmetic, allowed in (("double-double", mpmath.mpf(10)**-17), ("ball", mpmath.mpf(10)**-20)):
+            label = f"impulse {name}, {arithmetic}"
+            result, problem = solver.solve({"system": {"form": "mechanical", "coordinates": q, "masses": m, "forces": F, "constraints": h}, "want": ["trajectory"],
+                                            "accuracy": {"arithmetic": arithmetic, "rtol": 1e-22, "atol": 1e-22},
+                                            "trajectory": {"times": [0, *times], "initial": {**start, **{v + "'": rates.get(v + "'", 0) for v in q}}, "outputs": q + [v + "'" for v in q],
+                                                           "events": [{"name": "hit", "expression": event, "action": "set", "set": {struck + "'": f"({factor})*{struck}'"}, "max": 1}]}})
+            if not tally.check(result is not None, label, str(problem)):
+                continue
+            trajectory = result["trajectory"]
+            when = trajectory["events"][0]["t"]
+            told = trajectory["events"][0]["error"] + mpmath.mpf(10)**-30
+            gap = abs(mpmath.mpf(getattr(when, "text", repr(when))) - hit)
+            tally.check(gap <= told and told < 1e-18, f"{label}: when", f"{mpmath.nstr(gap, 3)}, told {told}")
+            for row, moved in zip(trajectory["rows"][1:], (motion, on)):
+                s = mpmath.mpf(sp.Rational(times[0] if moved is motion else times[1]).p) / sp.Rational(times[0] if moved is motion else times[1]).q
+                right = moved(s)
+                gap = max(abs(mpmath.mpf(getattr(a, "text", repr(a))) - e) for a, e in zip(row[1:], right))
+                tally.check(gap <= trajectory["error_estimate"] + mpmath.mpf(10)**-30 and trajectory["error_estimate"] < allowed, f"{label}: {'before' if moved is motion else 'after'}",
+                            f"{mpmath.nstr(gap, 3)}, told {trajectory['error_estimate']}")
     mpmath.mp.dps = old
 
 

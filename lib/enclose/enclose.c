@@ -34,7 +34,17 @@ static void to_time(struct walk *w, const arb_t t)
     arb_sub(w->s, w->s, w->past, w->path->prec + 64);
 }
 
-static void to_sample(struct walk *w, int i) { to_time(w, w->path->times + i); }
+static void to_sample(struct walk *w, int i)
+{
+    to_time(w, w->path->times + i);
+    if (i >= w->path->early)
+        return;
+    if (w->way < 0)
+        arb_neg(w->s, w->s);
+    arb_nonnegative_part(w->s, w->s);
+    if (w->way < 0)
+        arb_neg(w->s, w->s);
+}
 
 /* To where this piece ends. */
 static void to_end(struct walk *w)
@@ -80,6 +90,15 @@ static bool reaches_end(struct walk *w)
 /* Of a step: where it may end so that signs of what is watched are shown there; in the order of preference. */
 static const double ENDS[] = { 1, 0.9375, 0.875, 0.8125 };
 
+/* Whether the i-th happening and the last one may be at one time. */
+static bool may_be_at_once(const struct walk *w, int i, int last)
+{
+    const struct enclose_happening *h = w->path->happened->list + i;
+    const struct enclose_watch *watch = w->zeros.q->watch + h->which;
+    bool counts = w->zeros.left[h->which] && !(watch->direction && h->shown && h->direction != watch->direction);
+    return i != last && (counts || i < last) && arb_overlaps(&h->t, &w->path->happened->list[last].t);
+}
+
 /* What happens on the way to s, if it is to be walked. False: the motion stops there. */
 static bool look(struct walk *w, const arb_t s, struct enclose_end *end)
 {
@@ -95,6 +114,8 @@ static bool look(struct walk *w, const arb_t s, struct enclose_end *end)
         arb_add(w->searched, w->t, s, w->path->prec + 64);
         return true;
     }
+    for (int i = 0; i < out->count; i++)
+        end->at_once |= may_be_at_once(w, i, last);
     while (out->count > last + 1)
         enclose_happened_cut(out, out->count - 1);
     end->why = out->list[last].shown ? ENCLOSE_EVENT : ENCLOSE_UNDECIDED;
@@ -285,10 +306,11 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
         arb_init(w.t);
         arb_init(w.s);
         arb_set(w.base, path->t0);
-        to_sample(&w, path->samples - 1);
+        to_time(&w, path->times + path->samples - 1);
         w.way = arf_get_d(arb_midref(w.s), ARF_RND_NEAR);
         at_start(&w, box, end);
         end->t = arf_get_d(arb_midref(path->t0), ARF_RND_NEAR);
+        w.zeros.strict = path->strict;
         ok = !q->watches || enc_zeros_init(&w.zeros, q, path->happened, path->prec, err);
         w.zeros.q = q;
         if (ok && q->watches)

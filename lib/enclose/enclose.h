@@ -20,6 +20,7 @@ struct enclose_watch {
     int direction;                       /* +1: up as time grows, -1: down, 0: any */
     bool stop;                           /* the solution is followed to the first that counts */
     int most;                            /* so many count; 0: all */
+    bool zero;                           /* it is 0 at the start exactly (of a strict path) */
 };
 
 /* The ball t holds exactly one time at which function `which` is 0 and changes its sign (shown); or it is not decided whether there is any. */
@@ -63,6 +64,9 @@ struct enclose_path {
     bool (*jump)(void *ctx, const arb_t t, arb_ptr box);      /* the solutions in box (n) go on as others beyond a knot at t: into box; false: that cannot be shown. NULL: none do */
     void *ctx;
     slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
+    bool strict;                         /* what may be 0 at the start is 0 there exactly (enclose_watch.zero), or it is undecided whether it happens; what changes
+                                          * its sign in the direction that does not count never happens */
+    int early;                           /* so many samples may lie before the start: their boxes are those of the solution if they do not */
     long most_steps;                     /* 0: as many as the budget allows */
     struct enclose_happened *happened;   /* empty at first; NULL only where nothing is watched */
 };
@@ -81,6 +85,7 @@ enum enclose_why {
 struct enclose_end {
     enum enclose_why why;
     int which;
+    bool at_once;           /* EVENT: another one may happen at the same time */
     int samples;            /* boxes that are filled, from the first */
     double t;               /* how far the solution is enclosed */
     long steps, evaluations;

@@ -162,6 +162,24 @@ static void refine(struct look *l, arb_t d)
     }
 }
 
+/* As refine, of a zero that there may not be: false: there is none. */
+static bool smaller(struct look *l, arb_t d)
+{
+    SGA_ENDS(arb_end) arb_t g = { 0 };
+    SGA_ENDS(mag_end) mag_t half = { 0 };
+    for (int k = 0; k < NEWTON && sga_watch_ok(); k++) {
+        mag_mul_2exp_si(half, arb_radref(&l->s), -1);
+        if (!newton(l, d))
+            return false;
+        if (mag_cmp(arb_radref(&l->s), half) >= 0)
+            break;
+        values(l, g, d);
+        if (arb_contains_zero(d))
+            break;
+    }
+    return true;
+}
+
 /* What was left open where this span begins goes on: as this function does not turn here, the signs beside decide. */
 static bool closes(struct look *l, int slope, int after)
 {
@@ -182,6 +200,13 @@ static bool closes(struct look *l, int slope, int after)
     return true;
 }
 
+/* The zero at the start, or next to it, does not count. */
+static bool leaves(const struct look *l, int slope)
+{
+    const struct enclose_watch *w = l->z->q->watch + l->which;
+    return !l->z->strict || w->zero || (w->direction && w->direction != slope);
+}
+
 /* One at most between a and b, whose rate is d; l->s is all between. Signs are 0 where the span's ends do not show them. */
 static void one_at_most(struct look *l, double a, double b, int before, int after, arb_t d)
 {
@@ -193,12 +218,10 @@ static void one_at_most(struct look *l, double a, double b, int before, int afte
         add(l, slope, before, false);
         return;
     }
-    if (!newton(l, d))
+    if (!smaller(l, d))
         return;
-    if (!before && a == 0) {
-        if (l->span->first || closes(l, slope, after))
-            return;
-    }
+    if (!before && a == 0 && (l->span->first ? leaves(l, slope) : closes(l, slope, after)))
+        return;
     add(l, 0, before, !after && b == 1);
     l->z->out->list[l->z->out->count - 1].slope = slope;
 }
@@ -258,7 +281,7 @@ static void search(struct look *l, int before, int after)
         int sign = valued ? 0 : cut(l, &p, &at, &valued);
         looks += looks < PARTS;
         if (!sign) {
-            bool start = l->span->first && p.a == 0 && !p.before && p.b < AT_START;
+            bool start = l->span->first && !l->z->strict && p.a == 0 && !p.before && p.b < AT_START;
             if (valued && !start)
                 undecided(l, &p);
             continue;
@@ -274,7 +297,7 @@ bool enc_zeros_init(struct enc_zeros *z, const struct enclose_problem *q, struct
     int roots = q->n + 2 * q->watches;
     SGA_FREED expr_id *root = sga_malloc(((size_t)roots + 1) * sizeof *root);
     memcpy(root, q->field, (size_t)q->n * sizeof *root);
-    *z = (struct enc_zeros){ .q = q, .out = out, .prec = prec, .side = sga_calloc((size_t)q->watches + 1, 1), .left = sga_malloc(((size_t)q->watches + 1) * sizeof *z->left) };
+    *z = (struct enc_zeros){ .q = q, .out = out, .prec = prec, .strict = z->strict, .side = sga_calloc((size_t)q->watches + 1, 1), .left = sga_malloc(((size_t)q->watches + 1) * sizeof *z->left) };
     for (int k = 0; k < q->watches; k++) {
         root[q->n + 2 * k] = q->watch[k].value;
         root[q->n + 2 * k + 1] = q->watch[k].rate;

@@ -18,6 +18,7 @@ struct enc_zeros {
     signed char *side;           /* by function: its sign where the next step begins; 0: not shown */
     int *left;                   /* by function: how often it still counts; -1: always */
     slong prec;
+    bool strict;                 /* as enclose_path's */
 };
 
 /* A step that is to be taken to s, from the set at time t. */

@@ -16,7 +16,6 @@ static const char *beyond_plain(const struct request *r)
     const struct request_trajectory *t = &r->trajectory;
     return t->integrals ? "the drift of integrals"
         : !strcmp(r->form, "operator") ? "the form operator"
-        : r->accuracy.arithmetic == REQUEST_BALL ? "ball arithmetic"
         : NULL;
 }
 
@@ -40,6 +39,8 @@ static bool check_sets(struct job *j)
         what = "modes and solved strata";
     else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && !strcmp(r->form, "mechanical") && (t->sensitivities.has || r->want & REQUEST_FIT))
         what = "derivatives in double-double in form mechanical, whose impulses are differentiated in double";
+    else if (r->accuracy.arithmetic == REQUEST_BALL && (t->sensitivities.has || r->want & REQUEST_FIT))
+        what = "derivatives in ball arithmetic";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);
@@ -67,6 +68,8 @@ static bool check_sliding(struct job *j)
         what = "solved strata";
     else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && t->sensitivities.has)
         what = "sensitivities in double-double";
+    else if (r->accuracy.arithmetic == REQUEST_BALL)
+        what = "ball arithmetic";
     else
         what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);

@@ -11,6 +11,7 @@
 #include "mem.h"
 #include "precise.h"
 #include "rows_kept.h"
+#include "sizes.h"
 #include "tape.h"
 
 /* Down to this double arithmetic may do; what it takes in double-double, at most, where it was not asked
@@ -20,7 +21,7 @@ static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 static const long MOST_STEPS = 300000;
 
 /* The motion in double, on which events are found before they are located in double-double. Not too tight, since what
- * comes near to 0 is found as a touch then, and looked at again. Both directions are found, and nothing
+ * comes near to 0 is found as a touch then, and looked at again: by natural sizes, as an atol that is meant as it is may be finer than any double. Both directions are found, and nothing
  * stops: a touch may turn out to be two passages, or none. */
 static const double GUIDE_RTOL = 1e-9;
 
@@ -29,6 +30,7 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     struct traj_request q = *rq;
     size_t n = (size_t)f->n, events = (size_t)rq->events;
     struct traj_event *event = memcpy(sga_malloc(events * sizeof *event), rq->event, events * sizeof *event);
+    struct sizes *own = f->sizes, natural;
     struct ode_event *asked = memcpy(sga_malloc(events * sizeof *asked), f->spec, events * sizeof *asked);
     for (size_t i = 0; i < events; i++) {
         event[i].direction = 0;
@@ -39,11 +41,17 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     q.arithmetic = TRAJ_DOUBLE;
     q.rtol = fmax(rq->rtol, GUIDE_RTOL);
     q.atol = fmax(rq->atol, GUIDE_RTOL);
+    q.own_atol &= rq->atol >= GUIDE_RTOL;
+    sizes_init(&natural, f->sys, &q);
+    if (rq->own_atol && !q.own_atol)
+        f->sizes = &natural;
     q.integrals = 0;
     q.rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
     q.single = false;
     *guide = (struct traj_result){ .initial = memcpy(sga_malloc((n + 1) * sizeof *start), start, n * sizeof *start) };
     bool ok = in_double_run(f, &q, guide, err);
+    f->sizes = own;
+    sizes_clear(&natural);
     memcpy(f->spec, asked, events * sizeof *asked);
     free(asked);
     free(event);

@@ -25,7 +25,7 @@
 #include "system.h"
 #include "trajectory.h"
 
-enum { FIRST_EXTRA = 48, LEAST_BITS = 80, MOST_BITS = 10000 };
+enum { FIRST_EXTRA = 48, LEAST_BITS = 80, MOST_BITS = ENCLOSED_MOST_BITS };
 
 struct attempt {
     struct flow *f;
@@ -109,6 +109,20 @@ static void evaluate(const struct attempt *a, struct num_ball *b, struct expr_co
         arb_set(out + k, num_ball_value(b, root[k]));
 }
 
+/* A sample of which it is not shown whether it lies before the piece's start: what is about the same on both sides has a value. */
+static void join_early(struct attempt *a)
+{
+    const struct enclosed_piece *piece = a->rq->piece;
+    for (int i = 0; piece && i < piece->early && i < a->end.samples; i++)
+        for (int k = 0; k < a->columns; k++) {
+            arb_ptr c = a->column + (size_t)i * (size_t)a->columns + (size_t)k;
+            if (k < piece->columns && arb_overlaps(c, piece->before + k))
+                arb_union(c, c, piece->before + k, a->prec + 20);
+            else
+                arb_indeterminate(c);
+        }
+}
+
 static void columns(struct attempt *a)
 {
     if (a->happened_column)
@@ -130,6 +144,7 @@ static void columns(struct attempt *a)
         knots_around(&a->knots, instant_sample(a->rq, i));      /* what jumps has the value beyond, as in double; knots_before was sure */
         evaluate(a, &b, &cone, a->rq->output, a->columns, a->time + i, a->box + (size_t)i * (size_t)a->n, a->column + (size_t)i * (size_t)a->columns);
     }
+    join_early(a);
     for (int i = 0; i < a->happened.count; i++) {
         const struct enclose_happening *h = a->happened.list + i;
         knots_enter(&a->knots, h->piece);
@@ -203,6 +218,48 @@ static bool jump(void *attempt, const arb_t t, arb_ptr box)
     return enclosed_jump(a->f, &a->problem, a->sol, t, a->prec, box);
 }
 
+/* Where a later piece begins: in the motion's variables. */
+static void take_start(struct attempt *a)
+{
+    const struct enclosed_piece *piece = a->rq->piece;
+    arb_set(a->t0, piece->t0);
+    for (int j = 0; j < a->n; j++)
+        for (int k = 0; k < piece->sys->variables; k++)
+            if (piece->sys->variable[k].symbol == a->sys->variable[j].symbol)
+                arb_set(a->start + j, piece->start + k);
+}
+
+static bool place(struct attempt *a, const double *near, struct sga_error *err)
+{
+    const struct traj_request *rq = a->rq;
+    if (rq->piece && rq->piece->start)
+        take_start(a);
+    else if (!(rq->found ? enclosed_place(rq->found, &a->problem, a->t0, a->prec, a->start, err)
+                         : enclosed_start(a->f, a->sys, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err)))
+        return false;
+    return on_sides(a, err);
+}
+
+/* What a piece leaves. */
+static void leave(const struct attempt *a)
+{
+    struct enclosed_piece *piece = a->rq->piece;
+    int last = a->happened.count - 1;
+    piece->at = NULL;
+    piece->wide = a->end.why != ENCLOSE_DONE && a->end.why != ENCLOSE_STOPPED && a->end.why != ENCLOSE_EVENT;
+    if (a->end.why != ENCLOSE_EVENT)
+        return;
+    piece->columns = a->columns;
+    piece->at = _arb_vec_init(a->columns);
+    _arb_vec_set(piece->at, a->happened_column + (size_t)last * (size_t)a->columns, a->columns);
+    arb_init(&piece->t);
+    arb_set(&piece->t, &a->happened.list[last].t);
+    piece->at_once = a->end.at_once;
+    piece->at_knot = false;
+    for (int k = 0; k < a->knots.count; k++)
+        piece->at_knot |= arb_overlaps(&piece->t, a->knot + k);
+}
+
 static bool run(struct attempt *a, const double *near, struct sga_error *err)
 {
     const struct traj_request *rq = a->rq;
@@ -213,13 +270,11 @@ static bool run(struct attempt *a, const double *near, struct sga_error *err)
         arb_set_fmpq(a->knot + k, a->knots.knot + k, a->prec + 32);
     enc_tables_round(&a->tables, a->prec + TABLE_EXTRA);
     enter(a, 0);
-    bool placed = rq->found ? enclosed_place(rq->found, &a->problem, a->t0, a->prec, a->start, err)
-                            : enclosed_start(a->f, a->sys, &a->problem, a->sol, rq, near, a->t0, a->prec, a->start, err);
-    if (!placed || !on_sides(a, err))
+    if (!place(a, near, err))
         return false;
     struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .knot = a->knot, .knots = a->knots.count,
                                  .before = a->before, .enter = enter, .jump = enclosed_jumps(a->f, a->sol) ? jump : NULL, .ctx = a,
-                                 .prec = a->prec, .happened = &a->happened };
+                                 .prec = a->prec, .happened = &a->happened, .strict = rq->piece && rq->piece->start, .early = rq->piece ? rq->piece->early : 0 };
     enclose_happened_clear(&a->happened);
     if (!enclose_run(&a->problem, &path, a->box, &a->end, err))
         return false;
@@ -239,6 +294,8 @@ static double part_made(const struct attempt *a)
 static slong more_bits(const struct attempt *a)
 {
     slong prec = a->prec, next = 0;
+    if (a->rq->piece)
+        return 0;
     if (a->end.why == ENCLOSE_WIDE)
         next = (slong)fmin(4.0 * (double)prec, fmax(1.5 * (double)prec, 1.1 * (double)prec / part_made(a)));
     else if (a->excess > 0)
@@ -424,13 +481,18 @@ static bool with_tables(struct attempt *a, struct sga_error *err)
 }
 
 
+slong enclosed_first_bits(double rtol)
+{
+    return (slong)fmax(LEAST_BITS, FIRST_EXTRA - log2(rtol));
+}
+
 /* With more and more bits. False: there is none. The attempts take turns; *best: the one that counts, the last unless the time ended in it and
  * the one before came as far. */
 static bool attempts(struct attempt *a, const double *near, const struct attempt **best, struct sga_error *err)
 {
     bool ok = true;
     int count = 0;
-    for (slong next = (slong)fmax(LEAST_BITS, FIRST_EXTRA - log2(a->rq->rtol)); ok && next; count++) {
+    for (slong next = a->rq->piece ? a->rq->piece->prec : enclosed_first_bits(a->rq->rtol); ok && next; count++) {
         struct attempt *now = a + count % 2, *before = count ? a + (count + 1) % 2 : NULL;
         if (count < 2) {
             attempt_init(now);
@@ -477,6 +539,8 @@ bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga
     ok = ok && attempts(a, near, &best, err);
     if (ok) {
         keep(best, r);
+        if (own->piece)
+            leave(best);
         r->out_of_time = rows_are_kept(rq) && (best->end.why == ENCLOSE_STOPPED || best->last || sga_now() >= rq->rows_until);
     }
     attempt_clear(a);

@@ -20,6 +20,21 @@ struct enclosed_found {
     const expr_id *also; int alsos;    /* relations that follow from those of `with`, as far as doubles tell: 0 at the start, to its bits */
 };
 
+/* In balls, a piece of a motion with events that set something: a motion with so many bits, not with as many as the tolerances need. */
+struct enclosed_piece {
+    slong prec;
+    const struct sys_system *sys; /* the whole system, of which the motion's may be a part */
+    arb_srcptr start;             /* its variables where the piece begins, at the time t0; NULL: the start is the request's */
+    const arb_struct *t0;
+    int early; arb_srcptr before; /* so many samples may lie before t0, where columns would be these */
+    arb_srcptr asked;             /* enclosed_nearest: values that are asked for, instead of the request's; or NULL */
+    /* What the piece leaves. at: columns at the time t of the event that stopped it (_arb_vec_clear is the caller's). */
+    arb_ptr at; int columns;
+    arb_struct t;
+    bool at_once, at_knot;        /* another event, or a knot of a table, may lie at the same time */
+    bool wide;                    /* it ended for want of a proof: more bits may have one */
+};
+
 /* Boxes that are proved to hold the solution at the samples, with radii within the tolerances,
  * at as many bits as that takes. r->initial holds the consistent start in double, and its exact meaning is that of
  * enclosed_start. What cannot be shown ends the trajectory (`ended`) or is a shortfall; NOT_SUPPORTED for
@@ -27,6 +42,9 @@ struct enclosed_found {
 bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                   struct traj_result *r, struct sga_error *err);
 
+/* Bits that are tried first, and at the most. */
+slong enclosed_first_bits(double rtol);
+enum { ENCLOSED_MOST_BITS = 10000 };
 /* Inside this module: what is integrated (malloced members of problem; enclosed_problem_clear). */
 bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                       struct enclose_problem *problem, struct sga_error *err);
@@ -37,6 +55,10 @@ void enclosed_problem_clear(struct enclose_problem *problem);
  * False: INITIAL, it cannot be proved with prec bits. */
 bool enclosed_start(struct flow *f, const struct sys_system *sys, const struct enclose_problem *problem, const struct sga_solution *sol,
                     const struct traj_request *rq, const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
+/* enclosed_place.c: functions (count) of variables, time and tables at (t, x), into out. False: one has no value, or a table's times are not exact. */
+bool enclosed_values(const struct sys_system *sys, const arb_t t, arb_srcptr x, const expr_id *function, int count, slong prec, arb_ptr out);
+/* enclosed_nearest.c: a symbol that no request can name. */
+int enclosed_symbol(struct expr_store *st, const char *what, int i);
 /* enclosed_place.c: the start that was searched for, in the motion's variables. */
 bool enclosed_place(const struct enclosed_found *found, const struct enclose_problem *problem, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err);
 /* enclosed_nearest.c: x (n) becomes the nearest point, tier by tier (tiers.h), if one near `near` can be proved; where rq->asked says so with the derivatives that it has. */

@@ -21,6 +21,6 @@ void enclosed_watch(struct expr_store *st, const struct enclose_problem *problem
     assert(problem->n > 0);
     for (int k = 0; k < rq->events; k++) {
         const struct traj_event *e = rq->event + k;
-        watch[k] = (struct enclose_watch){ e->expression, rate_of(st, problem, e->expression), e->direction, e->stop, e->most };
+        watch[k] = (struct enclose_watch){ e->expression, rate_of(st, problem, e->expression), e->direction, e->stop, e->most, e->from_zero };
     }
 }

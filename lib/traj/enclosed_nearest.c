@@ -45,6 +45,7 @@ struct asked {
     struct traj_request rq;       /* its initial, given and held are those */
     double *unit;                 /* base */
     signed char *tier;            /* base; -1: held */
+    arb_srcptr ball;              /* base: the values asked for, where they are no constants; or NULL */
     bool known;                   /* as traj_asked has it */
     unsigned char *skip;          /* by constraint: it has held variables alone, and is known to hold */
     int level[TIERS], levels;     /* by tier */
@@ -62,6 +63,7 @@ static void ask(const struct traj_request *rq, const struct sizes *sizes, int n,
     q->unit = sga_malloc((size_t)(q->base + 1) * sizeof *q->unit);
     q->tier = sga_calloc((size_t)q->base + 1, 1);
     q->known = own && own->known;
+    q->ball = rq->piece ? rq->piece->asked : NULL;
     for (int j = 0; j < q->base; j++)
         q->unit[j] = own ? own->unit[j] : sizes_move(sizes, j, q->rq.initial[j]);
 }
@@ -99,8 +101,7 @@ static void find_skips(struct asked *q, const struct sys_system *sys, const stru
     }
 }
 
-/* A symbol that no request can name. */
-static int symbol_of(struct expr_store *st, const char *what, int i)
+int enclosed_symbol(struct expr_store *st, const char *what, int i)
 {
     char name[48];
     snprintf(name, sizeof name, "%s %d", what, i);
@@ -112,6 +113,8 @@ static int symbol_of(struct expr_store *st, const char *what, int i)
 static expr_id asked_value(struct expr_store *st, const struct asked *q, int i)
 {
     int j = i % q->base;
+    if (q->ball)
+        return st->symbol[enclosed_symbol(st, "value asked for", j)].node;
     bool known = q->rq.given[j] && q->rq.exact_initial && q->rq.exact_initial[i];
     return known ? q->rq.exact_initial[i] : i < q->base ? exact(st, q->rq.initial[j]) : expr_int(st, 0);
 }
@@ -161,7 +164,7 @@ static bool search(const struct point *w, int d, double r)
     const struct asked *q = w->asked;
     int each = 1 + q->directions, n = q->base * each, unknowns = 0;
     struct sga_error ignored = { 0 };
-    arb_ptr loose = w->u + w->q.n - 1;
+    arb_ptr loose = w->u + n + w->sol->constraints;
     arb_one(loose);
     arb_mul_2exp_si(loose, loose, -2 * (slong)r);
     memset(w->solved, 0, (size_t)w->q.n);
@@ -202,16 +205,22 @@ static bool in_stage(const struct sys_system *sys, const struct enclose_problem 
                      slong prec, arb_ptr x)
 {
     struct expr_store *st = sys->store;
-    int n = p->n, c = sol->constraints, all = n + c + 1;
+    int n = p->n, c = sol->constraints, more = asked->ball ? n : 0, all = n + c + 1 + more;
     SGA_FREED int *symbol = sga_malloc((size_t)(all + 1) * sizeof *symbol);
     struct point w = { .st = st, .sol = sol, .asked = asked, .t0 = t0, .prec = prec, .u = _arb_vec_init(all), .solved = sga_calloc((size_t)all + 1, 1),
                        .function = sga_malloc((size_t)(all + 1) * sizeof(expr_id)) };
     memcpy(symbol, p->variable, (size_t)n * sizeof *symbol);
     for (int i = 0; i < c; i++)
-        symbol[n + i] = symbol_of(st, "multiplier of constraint", i);
-    symbol[n + c] = symbol_of(st, "weight of tier", 1);
+        symbol[n + i] = enclosed_symbol(st, "multiplier of constraint", i);
+    symbol[n + c] = enclosed_symbol(st, "weight of tier", 1);
+    for (int j = 0; j < more; j++) {
+        symbol[n + c + 1 + j] = enclosed_symbol(st, "value asked for", j);
+        arb_set(w.u + n + c + 1 + j, asked->ball + j);
+    }
     for (int j = 0; j < n; j++)
-        if (held(asked, j))
+        if (held(asked, j) && more)
+            arb_set(w.u + j, asked->ball + j);
+        else if (held(asked, j))
             enclosed_constant(st, asked_value(st, asked, j), 0, 2 * prec, w.u + j);
         else
             arb_set_d(w.u + j, near[j]);

@@ -10,6 +10,8 @@
 #include "flow.h"
 #include "mem.h"
 #include "system.h"
+#include "table.h"
+#include "table_balls.h"
 #include "trajectory.h"
 
 /* No bound is passed for sure: which of them the start lies on has been solved for. */
@@ -26,24 +28,50 @@ static bool within(const struct enclosed_found *found, arb_srcptr x)
     return in;
 }
 
+/* Tables among those nodes have their values at t. */
+static bool set_tables(const struct sys_system *sys, struct num_ball *b, const struct expr_cone *cone, const arb_t t, slong prec)
+{
+    const struct expr_store *st = sys->store;
+    SGA_ENDS(arb_end) arb_t v = { 0 };
+    bool ok = true;
+    for (int k = 0; k < cone->count && ok; k++) {
+        const struct expr_node *n = st->node + cone->list[k];
+        struct expr_table *table = n->op == EXPR_SYM ? st->symbol[n->a].table : NULL;
+        ok = !table || num_table_around(v, table, st->symbol[n->a].order, t, prec + 20);
+        if (table)
+            num_ball_set(b, n->a, v);
+    }
+    return ok;
+}
+
+bool enclosed_values(const struct sys_system *sys, const arb_t t, arb_srcptr x, const expr_id *function, int count, slong prec, arb_ptr out)
+{
+    struct num_ball b;
+    num_ball_init(&b, sys->store, prec + 20);
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(sys->store, &cone, function, count);
+    for (int j = 0; j < sys->variables; j++)
+        num_ball_set(&b, sys->variable[j].symbol, x + j);
+    num_ball_set(&b, sys->time, t);
+    bool ok = set_tables(sys, &b, &cone, t, prec);
+    num_ball_list(&b, cone.list, cone.count);
+    for (int i = 0; i < count && ok; i++) {
+        arb_set(out + i, num_ball_value(&b, function[i]));
+        ok = arb_is_finite(out + i);
+    }
+    num_ball_clear(&b);
+    return ok;
+}
+
 /* What follows from the others is 0 there, to the bits of x. */
 static bool agree(const struct enclosed_found *found, const arb_t t0, slong prec, arb_srcptr x)
 {
-    struct num_ball b;
-    bool all = true;
-    num_ball_init(&b, found->sys->store, prec + 20);
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
-    expr_cone_init(&cone);
-    expr_cone_of(found->sys->store, &cone, found->also, found->alsos);
-    for (int j = 0; j < found->sys->variables; j++)
-        num_ball_set(&b, found->sys->variable[j].symbol, x + j);
-    num_ball_set(&b, found->sys->time, t0);
-    num_ball_list(&b, cone.list, cone.count);
-    for (int i = 0; i < found->alsos && all; i++) {
-        arb_srcptr v = num_ball_value(&b, found->also[i]);
-        all = arb_is_finite(v) && arb_contains_zero(v);
-    }
-    num_ball_clear(&b);
+    SGA_ARENA(mem);
+    arb_ptr v = arbs_take(&mem, found->alsos);
+    bool all = enclosed_values(found->sys, t0, x, found->also, found->alsos, prec, v);
+    for (int i = 0; i < found->alsos && all; i++)
+        all = arb_contains_zero(v + i);
     return all;
 }
 

@@ -26,6 +26,7 @@ void jump_impulse_clear(struct impulse *p)
     num_tape_free(p->tape);
     free(p->row);
     free(p->in);
+    free(p->root);
 }
 
 /* Whether e has a velocity and nothing but positions, velocities and what stays where it is. */
@@ -101,7 +102,7 @@ bool jump_impulse_init(struct impulse *p, const struct jump *j, struct sga_error
     for (int k = 0; k < m->entries; k++)
         assert(m->row[k] >= 0 && m->row[k] < m->coordinates && m->col[k] >= 0 && m->col[k] < m->coordinates);
     int roots = 0;
-    SGA_FREED expr_id *root = sga_malloc((size_t)(m->entries + p->conditions + p->terms + 1) * sizeof *root);
+    expr_id *root = p->root = sga_malloc((size_t)(m->entries + p->conditions + p->terms + 1) * sizeof *root);
     for (int k = 0; k < m->entries; k++)
         root[roots++] = m->value[k];
     for (int k = 0; k < p->conditions; k++)
@@ -128,12 +129,17 @@ void jump_impulse_matrices(struct impulse *p, const struct traj_mass *m)
         p->J[(size_t)p->row[k] * n + (size_t)p->col[k]] += p->out[m->entries + p->conditions + k];
 }
 
+bool jump_impulse_look(struct impulse *p)
+{
+    return num_tape_eval(p->tape, p->in, p->out);
+}
+
 /* Masses, conditions and gradients at x; false: one has no value. */
 static bool look(struct impulse *p, const struct traj_mass *m, double t, const double *x)
 {
     memcpy(p->in, x, (size_t)p->n * sizeof *p->in);
     p->in[p->n] = t;
-    if (!num_tape_eval(p->tape, p->in, p->out))
+    if (!jump_impulse_look(p))
         return false;
     jump_impulse_matrices(p, m);
     return true;

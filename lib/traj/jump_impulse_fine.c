@@ -8,7 +8,7 @@
 #include "jump_impulse_parts.h"
 #include "trajectory.h"
 
-enum { MOST_STEPS = 8 };
+enum { LEAST_STEPS = 2, MOST_STEPS = 8 };        /* the first finds the multipliers, whatever velocities move by */
 /* Of the largest velocity: what the last step may move by. */
 static const double SETTLED = 1e-30;
 
@@ -87,7 +87,7 @@ bool jump_impulse_fine(const struct jump *j, num_dd t, num_dd *x, const struct j
         if (!s.set[i])
             x[v] = num_dd_of(landed->x[v]);
     }
-    for (int k = 0; k < MOST_STEPS && ok && moved > SETTLED * s.speed; k++) {
+    for (int k = 0; k < MOST_STEPS && ok && (k < LEAST_STEPS || moved > SETTLED * s.speed); k++) {
         double last = moved;
         moved = step(&s, j, t, x);
         ok = !isnan(moved) && (k < 2 || moved <= 0.5 * last || moved <= SETTLED * s.speed);

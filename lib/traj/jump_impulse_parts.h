@@ -4,6 +4,8 @@
 
 #include <stdbool.h>
 
+#include "expr.h"
+
 struct jump;
 struct num_tape;
 struct sga_error;
@@ -13,12 +15,15 @@ struct traj_mass;
 struct impulse {
     int n, coordinates, conditions;
     struct num_tape *tape;        /* of variables, time; roots: masses, conditions, then the terms of their gradients */
+    expr_id *root;                /* those roots */
     int terms, *row, *col;        /* by term: condition, coordinate */
     double *in, *out, *M, *J;     /* coordinates squared; conditions x coordinates */
 };
 
 bool jump_impulse_init(struct impulse *p, const struct jump *j, struct sga_error *err);
 void jump_impulse_clear(struct impulse *p);
+/* The roots at in; false: one has no value. */
+bool jump_impulse_look(struct impulse *p);
 /* M and J from the roots in out. */
 void jump_impulse_matrices(struct impulse *p, const struct traj_mass *m);
 /* M dv - J^T dmu = kept where velocities are free, dv = 0 where they are set, J dv = off; each condition in units of its gradient, and masses in units of the

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "jump_boxed.h"
 #include "jump_fine.h"
 #include "mem.h"
 #include "slide.h"
@@ -25,6 +26,7 @@ void jump_pass_clear(struct jump_pass *p)
 {
     traj_result_clear(&p->r);
     jump_fine_free(p->fine);
+    jump_boxed_free(p->boxed);
     free(p->each);
     free(p->at);
     free(p->count);
@@ -51,6 +53,8 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
             r->digits[(size_t)r->rows * columns + k] = piece->digits[(size_t)i * wide + k];
             piece->digits[(size_t)i * wide + k] = NULL;
         }
+        if (r->radius && piece->radius)
+            memcpy(r->radius + (size_t)r->rows * columns, piece->radius + (size_t)i * wide, columns * sizeof *r->radius);
         for (size_t k = 0; k < columns; k++)
             each[k] = (piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY) + jump_over_error(p, q, piece, value[k], (int)k);
     }

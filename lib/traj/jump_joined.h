@@ -4,6 +4,7 @@
 
 #include "jump_piece.h"
 
+struct jump_boxed;
 struct jump_fine;
 
 /* Times as one, by their size. */
@@ -21,6 +22,7 @@ struct jump_pass {
     size_t leg_room, slide_room;
     bool stood;                   /* after the event before the last what it looks at stood still, and did so again */
     size_t happening_room;
+    struct jump_boxed *boxed;     /* in balls (jump_boxed.h): rows have radii too; or NULL */
     struct jump_fine *fine;       /* in double-double (jump_fine.h): rows and happenings have texts; or NULL */
 };
 

@@ -5,6 +5,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "jump_boxed.h"
 #include "jump_exact.h"
 #include "jump_fine.h"
 #include "jump_over.h"
@@ -17,18 +18,20 @@
 #include "system.h"
 #include "tolerance.h"
 
-/* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. */
-static bool fired_at_end(const struct traj_request *rq, const struct jump_piece *q, const struct traj_result *piece, unsigned char *fired, signed char *crossing)
+/* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. last: the last of the happenings alone. */
+static bool fired_at_end(const struct traj_request *rq, const struct jump_piece *q, const struct traj_result *piece, bool last, unsigned char *fired, signed char *crossing)
 {
     bool any = false, stop = false;
     double t = piece->ended_t;
     memset(fired, 0, (size_t)rq->events + 1);
-    for (int i = piece->happened - 1; i >= 0 && fabs(piece->happening[i].t - t) <= JUMP_SAME_TIME * fabs(t); i--) {
+    for (int i = piece->happened - 1; i >= 0 && (last || fabs(piece->happening[i].t - t) <= JUMP_SAME_TIME * fabs(t)); i--) {
         int e = q->whole[piece->happening[i].event];
         stop |= rq->event[e].stop;
         any |= rq->event[e].sets > 0 || rq->event[e].turns;
         fired[e] = 1;
         crossing[e] = (signed char)piece->happening[i].direction;
+        if (last)
+            break;
     }
     return any && !stop;
 }
@@ -74,6 +77,8 @@ static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, cons
         memcpy(q->x, to.x, (size_t)s->j.n * sizeof *q->x);
         if (s->j.slope)
             memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->rows.all - s->j.n) * sizeof *q->x);
+        if (p->boxed)
+            jump_boxed_turn(p->boxed, s, at, &to);
         ok = (!p->fine || jump_fine_turn(p->fine, s, at, &to, err)) && take_sides(q, s, at->t, err);
         jump_note_slides(p, was, s->mode, at->t, q->x);
     }
@@ -100,7 +105,7 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
 {
     unsigned char *fired = sga_calloc((size_t)rq->events + 1, 1);
     signed char *crossing = sga_calloc((size_t)rq->events + 1, 1);
-    bool set = piece->ended && piece->ended_event >= 0 && fired_at_end(rq, q, piece, fired, crossing), more = false;
+    bool set = piece->ended && piece->ended_event >= 0 && fired_at_end(rq, q, piece, p->boxed, fired, crossing), more = false;
     if (piece->ended && !set) {
         p->r.ended = true;
         p->r.ended_t = piece->ended_t;
@@ -120,13 +125,16 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         *ok = turn(p, q, s, &at, tighter, err);
         if (*ok && !s->why[0] && !p->fine)
             jump_exact_next(q, &s->j, piece);
-        if (*ok && s->why[0]) {
+        const char *shown = p->boxed ? p->boxed->why : "";
+        if (*ok && (s->why[0] || shown[0])) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
-            p->r.ended_reason = ode_reason_text(ODE_NOT_SMOOTH);
-            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s", s->why);
+            p->r.ended_reason = shown[0] ? "not_enclosed" : ode_reason_text(ODE_NOT_SMOOTH);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s", shown[0] ? shown : s->why);
         }
-        more = *ok && !s->why[0] && !jump_accumulates(p, rq);
+        if (shown[0])
+            p->boxed->piece.wide = true;
+        more = *ok && !s->why[0] && !shown[0] && !jump_accumulates(p, rq);
         if (more && p->jumps >= JUMP_MOST) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
@@ -275,17 +283,21 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
     struct turn s;
     const struct traj_mode own = { .sys = sys, .sol = sol, .rq = rq };
     const struct traj_mode *first = rq->modes ? rq->modes->start : &own;
-    *p = (struct jump_pass){ .direction = jump_direction(rq), .fine = jump_fine_new(sys, rq, wrong) };
+    *p = (struct jump_pass){ .direction = jump_direction(rq), .fine = jump_fine_new(sys, rq, wrong), .boxed = jump_boxed_new(sys, rq) };
     jump_piece_init(&q, first, tighter, rq->rows_until);
     if (p->fine)
         jump_fine_first(&q, jump_carried(first).rq);
+    if (p->boxed)
+        jump_boxed_first(p->boxed, &q, rq);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
     p->r.columns = q.columns;
     p->r.ended_event = -1;
     p->r.t = sga_calloc(rows + 1, sizeof(double));
     p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
     p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
-    if (jump_is_exact(rq))
+    if (p->boxed)
+        p->r.radius = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.radius);
+    if (jump_is_exact(rq) || p->boxed)
         p->r.digits = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.digits);
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
     bool ok = turn_init(&s, first, err), more = ok;
@@ -297,6 +309,8 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         ok = more = begin(p, &q, &s, rq, tighter, err);
     for (int done = 0; more;) {
         struct traj_result piece;
+        q.idle = p->boxed ? p->boxed->idle : NULL;
+        q.zero = p->boxed ? p->boxed->zero : NULL;
         jump_piece_events(&q, jump_carried(s.mode).rq, p->count);
         ok = sga_budget_ok(rq->budget, err) && traj_run(jump_carried(s.mode).sys, jump_carried(s.mode).sol, &q.q, &piece, err);
         if (!ok && keeps_rows(p, rq, err)) {
@@ -316,6 +330,8 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         jump_join(p, &q, &piece);
         if (p->fine && piece.ended_event >= 0)
             fill_samples(p, rq, piece.error_estimate);
+        if (ok && p->boxed && piece.ended_event >= 0)
+            jump_boxed_end(p, s.mode->rq, s.mode->sys, q.whole[piece.ended_event]);
         jump_note_switches(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = jump_direction(rq);
         bool over = ok && !s.j.slope && jump_over(p, &q, &s.j, rq, &piece, &t);
@@ -323,9 +339,9 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         more = ok && (over || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
         take_units(&p->r, &piece);
         traj_result_clear(&piece);
-        while (more && !p->fine && done < rq->samples && (rq->times[done] - t) * direction <= 0)
+        while (more && !p->fine && !p->boxed && done < rq->samples && (rq->times[done] - t) * direction <= 0)
             done++;
-        done = p->fine ? p->r.rows : done;
+        done = p->fine || p->boxed ? p->r.rows : done;
         more &= done < rq->samples;
         double late = p->fine ? 0 : wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
         q.q.start = more && (rq->times[done] - t) * direction > 2 * late ? t + direction * late : t;
@@ -336,6 +352,8 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         q.q.held = q.held;
         if (p->fine)
             ok = ok && (!more || jump_fine_begin(p->fine, &q, &s, done, rq->samples, err));
+        else if (p->boxed)
+            ok = ok && (!more || jump_boxed_begin(p->boxed, &q, &s, rq, done, err));
         else
             jump_exact_times(&q, rq, done);
         more &= ok;

@@ -53,7 +53,7 @@ void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double 
     p->q.exact_initial = p->q.exact_time = NULL;
     p->q.modes = NULL;
     p->q.single |= mode->rq->single;
-    p->q.arithmetic = p->exact ? TRAJ_DOUBLE_DOUBLE : TRAJ_DOUBLE;
+    p->q.arithmetic = p->exact ? TRAJ_DOUBLE_DOUBLE : mode->rq->arithmetic == TRAJ_BALL ? TRAJ_BALL : TRAJ_DOUBLE;
     p->q.rtol = fmax(tighter * rq->rtol, fmin(rq->rtol, p->exact ? 1e-30 : 1e-14));
     p->q.atol = tighter * rq->atol;
 }
@@ -95,10 +95,11 @@ void jump_piece_events(struct jump_piece *p, const struct traj_request *rq, cons
     p->q.events = 0;
     for (int e = 0; e < rq->events; e++) {
         const struct traj_event *from = rq->event + e;
-        if (from->most && count[e] >= from->most)
+        if ((from->most && count[e] >= from->most) || (p->idle && p->idle[e]))
             continue;
         p->whole[p->q.events] = e;
         p->side[p->q.events] = p->all_side[e];
-        p->event[p->q.events++] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop || from->sets || from->turns };
+        p->event[p->q.events++] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop || from->sets || from->turns,
+                                                           .from_zero = p->zero && p->zero[e] };
     }
 }

@@ -11,6 +11,7 @@ struct jump_piece {
     struct traj_event *event;
     signed char *side, *all_side;  /* by event of the piece; of the request */
     unsigned char *stands;        /* by event of the request: its function stands at 0 where the piece begins */
+    const bool *idle, *zero;      /* by event of the request: it is not looked for; it is from_zero; or NULL */
     int *whole;                   /* by event of the piece: that of the request */
     double *x;
     unsigned char *given, *held;

@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "jump_boxed.h"
 #include "jump_exact.h"
 #include "jump_fine.h"
 #include "jump_pass.h"
@@ -200,7 +201,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     bool late;
     *r = (struct traj_result){ 0 };
     if (rq->arithmetic == TRAJ_BALL)
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/accuracy/arithmetic", "events that set variables are not followed in balls; use \"double-double\", \"double\" or \"auto\"");
+        return jump_boxed_run(sys, sol, rq, r, err);
     if (rq->single) {
         bool ok = jump_pass_run(&p, sys, sol, rq, tighter, 0, err);
         *r = ok ? p.r : *r;

@@ -35,6 +35,7 @@ struct traj_event {
     bool stop;
     const struct traj_set *set; int sets;   /* 0: none (jumps.h) */
     bool turns;               /* of a surface of struct traj_modes: the motion comes to it, or its slide ends */
+    bool from_zero;           /* in balls: it is 0 where a piece begins, exactly */
     int most;                 /* it acts so many times, and is not looked for from then on; 0: always */
 };
 
@@ -47,6 +48,7 @@ struct traj_mass {
 
 struct traj_request;
 struct enclosed_found;
+struct enclosed_piece;
 
 /* A system at certain values of its modes, reduced: events, samples and columns of `rq` are those of all others. */
 struct traj_mode {
@@ -188,6 +190,7 @@ struct traj_request {
     const struct traj_slopes *slopes;      /* the same, of events that set something */
     const struct traj_asked *asked;        /* NULL: none of the variables is a derivative, or it is not asked for in balls */
     const struct enclosed_found *found;    /* in balls: what a start that was searched for is (enclosed.h); or NULL */
+    struct enclosed_piece *piece;          /* in balls: it is a piece of a motion (enclosed.h); or NULL */
     const struct traj_carried *carried;    /* NULL: pieces are the motion's own */
     const struct traj_request *sized_by;   /* of a later piece of a motion: the request that natural sizes are those of; NULL: its own */
     bool ends_there;                       /* singular positions are not passed */
