@@ -112,7 +112,7 @@ class Check:
         for row in r["rows"]:
             w, got = mpmath.mpc(0, row[0]), row[1:]
             M = w * E - A
-            singular = abs(mpmath.det(M)) < 1e-25
+            singular = abs(sympy.Matrix(M.tolist()).det()) < 1e-25
             if any(x is None for x in got) or singular:     # a pole, or one of a mode that inputs do not reach
                 here = sympy.Rational(row[0]) * sympy.I
                 for x, text in zip(got[::2], [text for line in t["matrix"] for text in line]):
