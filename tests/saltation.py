@@ -193,8 +193,6 @@ ENDED = [
 REFUSED = [
     ("a start at an event's zero", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.5, ["g"], ["x"], events(("x", "any", {"v": "-e*v"}))), "inconsistent_initial", "/trajectory/initial"),
     ("in balls", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 1}, 1.5, ["g"], ["x"], events(GROUND), {"arithmetic": "ball"}), "not_supported", "/trajectory/events/0/set"),
-    ("impulses in double-double", ask(BEAD, {"m": "1.3", "L": "1", "e": "0.5"}, {"x": 0.8}, 1.2, ["m"], ["x"], events(("x - 3/5", "down", {"x'": "-e*x'"})), {"arithmetic": "double-double"}),
-     "not_supported", "/trajectory/events/0/set"),
 ]
 
 
@@ -203,6 +201,15 @@ def modes(**all_):
     return {n: {"values": values, "start": start} for n, (values, start) in all_.items()}
 
 
+# decay from s on, by decimals that no double is; two masses that come to one speed at s, by their impulse
+CLOSED += [
+    ("a mode that decays", ask(equations(["x"], ["x' = if(m == 1, -g*x, 1)"]), {"g": "1.1", "h": "0.7"}, {"x": 0}, 2, ["g", "h"], None, events(("t - h", "up", {"m": "1"})), modes=modes(m=([0, 1], 0))),
+     [sympy.Piecewise((T, T <= H), (H * sympy.exp(-G * (T - H)), True))], {G: "1.1", H: "0.7"}, [G, H]),
+    ("a clutch that closes", ask(mechanical(["a", "b"], ["g", "1.3"], ["h", "0"], ["m*(a' - b')"]), {"g": "2.1", "h": "0.7"}, {"a": 0, "b": 0, "a'": 5, "b'": 0}, 2.2, ["g", "h"], None,
+                                 events(("t - h", "up", {"m": "1"})), modes=modes(m=([0, 1], 0)), outputs=["a'", "b'"]),
+     [sympy.Piecewise((5 + H * T / G, T <= H), ((G * 5 + H * T) / (G + sympy.Rational(13, 10)), True)), sympy.Piecewise((sympy.Integer(0), T <= H), ((G * 5 + H * T) / (G + sympy.Rational(13, 10)), True))],
+     {G: "2.1", H: "0.7"}, [G, H]),
+]
 # each mode has a reduction of its own, with another dimension and index
 DIFFERENCES += [
     ("a clutch", ask(mechanical(["a", "b"], ["p", "3"], ["1", "0"], ["m*(a' - b')"]), {"p": "2", "s": "1"}, {"a": 0, "b": 0, "a'": 5, "b'": 0}, 4.2, ["p", "s"], ["a'"],
@@ -268,3 +275,12 @@ def random_case(rng):
                    events(("x - h", "up", {"x'": "-e*x'"}), ("x + h", "down", {"x'": "-e*x'", "y'": "-e*y'"})))
     return ask(mechanical(["x", "y", "z"], ["1", "h + 1", "2"], ["-c*x'", "-k", "x - z"], ["x^2 + y^2 - 1", "z - x*y"]), p, {"x": start["x"], "y": -1, "x'": start["v"]}, stop, by, ["x'"],
                events(("x - h", "up", {"x'": "-e*x'"}), ("x + h", "down", {"x'": "-e*x'"})))
+
+
+def held(label, *names):
+    """The same from a start of which all is determined, as double-double needs it."""
+    request = dict(DIFFERENCES)[label]
+    return {**request, "trajectory": {**request["trajectory"], "hold": list(names)}}
+
+
+FINE_STARTS = {label: held(label, *names) for label, *names in (("a bead at a wall", "x", "x'"), ("two rods, of which the end is struck", "x", "u", "x'", "u'"),)}

@@ -37,8 +37,6 @@ static bool check_sets(struct job *j)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
-    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && !strcmp(r->form, "mechanical") && (t->sensitivities.has || r->want & REQUEST_FIT))
-        what = "derivatives in double-double in form mechanical, whose impulses are differentiated in double";
     else if (r->accuracy.arithmetic == REQUEST_BALL && (t->sensitivities.has || r->want & REQUEST_FIT))
         what = "derivatives in ball arithmetic";
     else

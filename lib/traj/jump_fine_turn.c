@@ -282,13 +282,15 @@ bool jump_fine_turn(struct jump_fine *f, const struct turn *s, const struct jump
     b.after = sga_zeros(&mem, n + 1, sizeof *b.after);
     if (!assign(&b, &mem) || (b.q && !along(&b, &mem)))
         return no_value(&b, err);
-    if (b.to->rq->mass && !jump_impulse_fine(b.to, f->t, b.asked, to))
+    const struct traj_mode own = jump_carried(s->mode);
+    struct impulse_found found;
+    if (b.to->rq->mass && (!jump_impulse_fine(b.to, f->t, b.asked, to, &found, &mem)
+                           || (b.q && !jump_impulse_slope(b.to, &own, f->t, b.asked, &found, to, b.tau, b.q, b.y))))
         return no_value(&b, err);
     bool there = place(&b, &mem, err);
     if (err->code != SGA_E_OK)
         return false;
     num_dd *x = sga_calloc(all + 1, sizeof *x);
-    const struct traj_mode own = jump_carried(s->mode);
     assert((size_t)own.sys->variables == all);
     bool ok = go_on(&b, &own, there, x, &mem, err);
     free(f->x);

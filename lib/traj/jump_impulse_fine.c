@@ -63,19 +63,18 @@ static double step(struct striking *s, const struct jump *j, num_dd t, num_dd *x
     return moved;
 }
 
-bool jump_impulse_fine(const struct jump *j, num_dd t, num_dd *x, const struct jump_to *landed)
+bool jump_impulse_fine(const struct jump *j, num_dd t, num_dd *x, const struct jump_to *landed, struct impulse_found *found, struct sga_arena *mem)
 {
-    SGA_ARENA(mem);
     struct sga_error ignored = { 0 };
     struct striking s = { .m = j->rq->mass };
     double moved = INFINITY;
     bool ok = jump_impulse_init(&s.p, j, &ignored);
     size_t n = (size_t)s.p.coordinates, c = (size_t)s.p.conditions;
-    s.out = sga_zeros(&mem, (size_t)s.m->entries + c + (size_t)s.p.terms + 1, sizeof *s.out);
-    s.v0 = sga_zeros(&mem, n + c + 1, sizeof *s.v0);
+    s.out = sga_zeros(mem, (size_t)s.m->entries + c + (size_t)s.p.terms + 1, sizeof *s.out);
+    s.v0 = sga_zeros(mem, n + c + 1, sizeof *s.v0);
     s.mu = s.v0 + n;
-    s.set = sga_zeros(&mem, n + 1, 1);
-    s.kept = sga_zeros(&mem, 2 * (n + c) + 1, sizeof *s.kept);
+    s.set = sga_zeros(mem, n + 1, 1);
+    s.kept = sga_zeros(mem, 2 * (n + c) + 1, sizeof *s.kept);
     s.off = s.kept + n;
     s.dv = s.off + c;
     s.dmu = s.dv + n;
@@ -93,5 +92,6 @@ bool jump_impulse_fine(const struct jump *j, num_dd t, num_dd *x, const struct j
         ok = !isnan(moved) && (k < 2 || moved <= 0.5 * last || moved <= SETTLED * s.speed);
     }
     jump_impulse_clear(&s.p);
+    *found = (struct impulse_found){ s.v0, s.mu };
     return ok && moved <= SETTLED * s.speed;
 }

@@ -139,7 +139,8 @@ static bool parameters_of(const struct vary_modes *m, struct reached *r, expr_id
                 continue;
             if (!variation_constants(&from->store, m->at->parameter + k, 1, &value))
                 return false;
-            to[i] = expr_double(&own->store, value);
+            to[i] = m->at->parameter[k];
+            expr_copy(&own->store, &from->store, to + i, 1, NULL);
         }
     }
     return true;
