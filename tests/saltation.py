@@ -192,7 +192,6 @@ ENDED = [
 
 REFUSED = [
     ("a start at an event's zero", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 0, "v": 1}, 1.5, ["g"], ["x"], events(("x", "any", {"v": "-e*v"}))), "inconsistent_initial", "/trajectory/initial"),
-    ("in balls", ask(FALL, {"g": "2", "e": "0.5"}, {"x": 1, "v": 1}, 1.5, ["g"], ["x"], events(GROUND), {"arithmetic": "ball"}), "not_supported", "/trajectory/events/0/set"),
 ]
 
 

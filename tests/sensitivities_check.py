@@ -396,10 +396,12 @@ def main():
         check.closed(*case)
     for label, ask, *rest in saltation.CLOSED:
         check.closed(f"{label}, in double-double", {**ask, "accuracy": DD}, *rest)
+        check.closed(f"{label}, in balls", {**ask, "accuracy": BALL}, *rest)
     for label, ask in saltation.DIFFERENCES:
         ask = saltation.FINE_STARTS.get(label, ask)
         if label not in saltation.DOUBLE_STARTS:
             check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
+            check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
     for label, ask in saltation.DIFFERENCES + saltation.SLIDES:
         check.differences(label, ask, False, "5e-4")
     for case in saltation.ENDED:

@@ -37,8 +37,6 @@ static bool check_sets(struct job *j)
         what = "modes and gauge conditions";
     else if (r->modes && r->strata)
         what = "modes and solved strata";
-    else if (r->accuracy.arithmetic == REQUEST_BALL && (t->sensitivities.has || r->want & REQUEST_FIT))
-        what = "derivatives in ball arithmetic";
     else
         what = beyond_plain(r);
     snprintf(place, sizeof place, "/trajectory/events/%d/set", e);

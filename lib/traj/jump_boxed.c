@@ -128,8 +128,8 @@ static bool sample_time(const struct traj_request *rq, const struct expr_store *
 
 bool jump_boxed_begin(struct jump_boxed *b, struct jump_piece *q, const struct turn *s, const struct traj_request *rq, int done, struct sga_error *err)
 {
-    const struct sys_system *sys = s->mode->sys;
-    const struct expr_store *of = rq->modes ? rq->modes->start->sys->store : sys->store;
+    const struct sys_system *sys = jump_carried(s->mode).sys;
+    const struct expr_store *of = (rq->modes ? rq->modes->start : s->mode)->sys->store;
     SGA_ENDS(fmpq_end) fmpq_t middle = { 0 };
     b->sample = sga_realloc(b->sample, ((size_t)rq->samples + 1) * sizeof *b->sample);
     for (int i = done; i < rq->samples; i++)

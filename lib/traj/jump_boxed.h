@@ -36,8 +36,6 @@ void jump_boxed_first(struct jump_boxed *b, struct jump_piece *q, const struct t
 void jump_boxed_end(struct jump_pass *p, const struct traj_request *rq, const struct sys_system *sys, int event);
 /* jump_boxed_turn.c. After turn_land: where the motion goes on, or b->why. */
 void jump_boxed_turn(struct jump_boxed *b, const struct turn *s, const struct jump_at *at, const struct jump_to *to);
-/* jump_impulse_boxed.c: x (n of j) with velocities as they are set becomes x after the impulse, near landed->x. False: that is not shown. */
-bool jump_impulse_boxed(const struct jump *j, const arb_t t, const struct jump_to *landed, slong prec, arb_ptr x);
 /* The piece in this mode begins there, with the samples from `done` on. */
 bool jump_boxed_begin(struct jump_boxed *b, struct jump_piece *q, const struct turn *s, const struct traj_request *rq, int done, struct sga_error *err);
 /* The whole motion: as jumps_run. */

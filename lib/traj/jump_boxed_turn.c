@@ -7,7 +7,7 @@
 #include "arena.h"
 #include "derive.h"
 #include "field.h"
-#include "jump_boxed.h"
+#include "jump_boxed_between.h"
 #include "jump_turn.h"
 #include "mem.h"
 #include "poly.h"
@@ -19,26 +19,13 @@
 /* The point that is proved is that of double, beside 1 + its size. */
 static const double SAME_POINT = 1e-6;
 
-/* A turn. */
-struct between {
-    struct jump_boxed *b;
-    const struct jump *from, *to;
-    const struct jump_at *at;
-    const struct jump_to *landed;
-    arb_srcptr x;                 /* of `from`: before */
-    arb_ptr asked, y;             /* of `to`: as set; where it goes on */
-    unsigned char *stays;         /* of `to`: not set, and there before */
-    struct sga_arena *mem;
-};
-
 static bool say(const struct between *w, const char *why)
 {
     snprintf(w->b->why, sizeof w->b->why, "%s", why);
     return false;
 }
 
-/* Place in the variables after the event of one before it, by its name; -1: there is none. */
-static int place_of(const struct between *w, int k)
+int between_place(const struct between *w, int k)
 {
     const char *name = w->from->sys->store->symbol[w->from->sys->variable[k].symbol].name;
     int symbol = expr_symbol_find(w->to->sys->store, name, strlen(name));
@@ -66,7 +53,7 @@ static bool assign(const struct between *w)
                 changed[rq->event[e].set[k].variable] = 1;
             }
     for (int k = 0; k < n; k++) {
-        int v = place_of(w, k);
+        int v = between_place(w, k);
         if (v < 0)
             continue;
         arb_set(w->asked + v, set + k);
@@ -89,7 +76,7 @@ static bool solve(const struct between *w, const struct enclose_problem *p, cons
     const struct jump *j = w->to;
     int n = j->n, functions = 0, unknowns = 0;
     expr_id *function = sga_take(w->mem, ((size_t)j->sol->constraints + 1) * sizeof *function);
-    unsigned char *solved = sga_zeros(w->mem, (size_t)n + 1, 1);
+    unsigned char *solved = w->solved;
     struct sga_error ignored = { 0 };
     SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
@@ -98,6 +85,7 @@ static bool solve(const struct between *w, const struct enclose_problem *p, cons
         for (int k = 0; k < n; k++)
             if (!q->held[k] && expr_depends(j->sys->store, &cone, j->sol->constraint[i].expr, j->sys->variable[k].symbol))
                 has = (solved[k] = true);
+        w->used[i] = has;
         if (has)
             function[functions++] = j->sol->constraint[i].expr;
     }
@@ -148,7 +136,7 @@ static bool agrees(const struct between *w)
     return all;
 }
 
-static bool place(const struct between *w)
+static bool place(struct between *w)
 {
     const struct jump *j = w->to;
     size_t n = (size_t)j->n;
@@ -162,7 +150,8 @@ static bool place(const struct between *w)
     for (size_t k = 0; k < n; k++)
         x[k] = w->landed->known[k] ? arf_get_d(arb_midref(w->asked + k), ARF_RND_NEAR) : 0;
     jump_request(j, w->at, &asked, w->landed->way, lists, &q);
-    if (!solve(w, &p, &q) && !nearest(w, &p, &q))
+    w->nearest = !solve(w, &p, &q);
+    if (w->nearest && !nearest(w, &p, &q))
         return say(w, "it cannot be shown where the motion goes on after what is set here");
     return agrees(w) || say(w, "what is set here lies off the constraints by more than the bits tell");
 }
@@ -242,28 +231,40 @@ static bool on_sides(const struct between *w)
     return true;
 }
 
-static void run(const struct between *w)
+static void run(struct between *w)
 {
     struct jump_boxed *b = w->b;
+    const struct traj_carried *carried = w->to->rq->carried;
+    int all = carried ? carried->sys->variables : w->to->n;
     if (b->why[0] || !assign(w))
         return;
-    if (w->to->rq->mass && !jump_impulse_boxed(w->to, &b->t, w->landed, b->piece.prec, w->asked)) {
+    if (w->to->rq->mass && !jump_impulse_boxed(w, w->asked)) {
         say(w, "the impulse here is not shown to be the only one");
         return;
     }
     if (!place(w) || !on_sides(w))
         return;
+    arb_ptr slope = arbs_take(w->mem, all - w->to->n);
+    if (carried && !jump_boxed_slope(w, slope)) {
+        say(w, "derivatives are not shown to be known beyond what is set here");
+        return;
+    }
     if (b->x)
         _arb_vec_clear(b->x, b->n);
-    b->n = w->to->n;
+    b->n = all;
     b->x = _arb_vec_init(b->n);
-    _arb_vec_set(b->x, w->y, b->n);
+    _arb_vec_set(b->x, w->y, w->to->n);
+    _arb_vec_set(b->x + w->to->n, slope, all - w->to->n);
 }
 
 void jump_boxed_turn(struct jump_boxed *b, const struct turn *s, const struct jump_at *at, const struct jump_to *to)
 {
     SGA_ARENA(mem);
-    struct between w = { b, s->changing ? &s->before : &s->j, &s->j, at, to, NULL, arbs_take(&mem, s->j.n), arbs_take(&mem, s->j.n), sga_zeros(&mem, (size_t)s->j.n + 1, 1), &mem };
-    w.x = b->before + (b->columns - w.from->n);
+    const struct jump *from = s->changing ? &s->before : &s->j, *j = &s->j;
+    struct between w = { .b = b, .from = from, .to = j, .at = at, .landed = to, .asked = arbs_take(&mem, j->n), .y = arbs_take(&mem, j->n), .mem = &mem };
+    w.stays = sga_zeros(&mem, 2 * (size_t)j->n + (size_t)j->sol->constraints + 3, 1);
+    w.solved = w.stays + j->n + 1;
+    w.used = w.solved + j->n + 1;
+    w.x = b->before + (b->columns - (from->rq->carried ? from->rq->carried->sys->variables : from->n));
     run(&w);
 }

@@ -5,10 +5,9 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "field.h"
-#include "jump_boxed.h"
+#include "jump_boxed_between.h"
 #include "jump_impulse.h"
 #include "jump_impulse_parts.h"
-#include "jump_set.h"
 #include "mem.h"
 #include "system.h"
 
@@ -23,6 +22,7 @@ struct striking {
     bool *use;                    /* by condition: it does not follow from those before it */
     int *symbol; int all;         /* variables; velocities before; multipliers */
     expr_id *function; int functions;
+    arb_ptr found;                /* velocities before, multipliers */
     struct sga_arena mem;
 };
 
@@ -121,6 +121,7 @@ static bool strike(struct striking *s, const arb_t t, slong prec, arb_ptr x)
     }
     for (int i = 0; i < s->p.conditions; i++)
         solved[n + s->p.coordinates + i] = s->use[i];
+    s->found = u + n;
     for (int i = 0; i < s->all; i++)
         unknowns += solved[i];
     struct enclose_problem q = { .st = s->j->sys->store, .variable = s->symbol, .n = s->all, .time = s->j->sys->time, .budget = s->j->rq->budget };
@@ -130,20 +131,32 @@ static bool strike(struct striking *s, const arb_t t, slong prec, arb_ptr x)
     return ok;
 }
 
-bool jump_impulse_boxed(const struct jump *j, const arb_t t, const struct jump_to *landed, slong prec, arb_ptr x)
+/* What derivatives need of it, in the event's memory. */
+static void keep(const struct striking *s, struct between *w)
 {
-    struct striking s = { .j = j, .m = j->rq->mass, .landed = landed };
+    int n = s->p.coordinates, c = s->p.conditions;
+    w->struck = (struct boxed_struck){ arbs_take(w->mem, n), arbs_take(w->mem, c), sga_zeros(w->mem, (size_t)c + 1, sizeof(bool)) };
+    _arb_vec_set(w->struck.v0, s->found, n);
+    _arb_vec_set(w->struck.mu, s->found + n, c);
+    memcpy(w->struck.use, s->use, (size_t)c * sizeof(bool));
+}
+
+bool jump_impulse_boxed(struct between *w, arb_ptr x)
+{
+    struct striking s = { .j = w->to, .m = w->to->rq->mass, .landed = w->landed };
     struct sga_error ignored = { 0 };
-    bool ok = jump_impulse_init(&s.p, j, &ignored);
+    bool ok = jump_impulse_init(&s.p, w->to, &ignored);
     if (ok && s.p.conditions) {
         s.use = sga_zeros(&s.mem, (size_t)s.p.conditions + 1, sizeof *s.use);
-        ok = look(&s, arf_get_d(arb_midref(t), ARF_RND_NEAR));
+        ok = look(&s, arf_get_d(arb_midref(&w->b->t), ARF_RND_NEAR));
         if (ok) {
             choose(&s);
             name(&s);
             write(&s);
-            ok = strike(&s, t, prec, x);
+            ok = strike(&s, &w->b->t, w->b->piece.prec, x);
         }
+        if (ok)
+            keep(&s, w);
     }
     jump_impulse_clear(&s.p);
     sga_arena_end(&s.mem);

@@ -288,7 +288,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
     if (p->fine)
         jump_fine_first(&q, jump_carried(first).rq);
     if (p->boxed)
-        jump_boxed_first(p->boxed, &q, rq);
+        jump_boxed_first(p->boxed, &q, jump_carried(first).rq);
     size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
     p->r.columns = q.columns;
     p->r.ended_event = -1;

@@ -14,7 +14,7 @@ bool vary_copies_make(struct vary_copies *p, const struct variation *v, const st
         p->own.request.single = v->request.single;
         p->own.request.relations = 0;      /* the start that is placed has met them */
         p->own.request.low = p->own.request.high = NULL;
-        if (v->request.arithmetic != TRAJ_DOUBLE_DOUBLE)
+        if (v->request.arithmetic == TRAJ_AUTO)
             p->own.request.arithmetic = p->c.request.arithmetic = TRAJ_DOUBLE;
     }
     return ok && (solved || sga_fail(err, SGA_E_EXPR_UNDEFINED, "the reduction for general values of the parameters has no value at these"));

@@ -100,7 +100,7 @@ static void set_request(struct vary_modes *m, struct reached *r)
     r->rq.rtol = from->rtol;
     r->rq.atol = from->atol;
     r->rq.own_atol = from->own_atol;
-    r->rq.arithmetic = from->arithmetic == TRAJ_DOUBLE_DOUBLE ? TRAJ_DOUBLE_DOUBLE : TRAJ_DOUBLE;
+    r->rq.arithmetic = from->arithmetic == TRAJ_AUTO ? TRAJ_DOUBLE : from->arithmetic;
 }
 
 static bool differentiate(struct vary_modes *m, struct reached *r)
