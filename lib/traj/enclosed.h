@@ -27,7 +27,8 @@ struct enclosed_piece {
     arb_srcptr start;             /* its variables where the piece begins, at the time t0; NULL: the start is the request's */
     const arb_struct *t0;
     int early; arb_srcptr before; /* so many samples may lie before t0, where columns would be these */
-    arb_srcptr asked;             /* enclosed_nearest: values that are asked for, instead of the request's; or NULL */
+    arb_srcptr asked;             /* enclosed_nearest: values that are asked for (and their derivatives), instead of the request's; or NULL */
+    const int *known_symbol; arb_srcptr known; int knowns;   /* enclosed_nearest: symbols of its constraints beside variables and time, and what they are */
     /* What the piece leaves. at: columns at the time t of the event that stopped it (_arb_vec_clear is the caller's). */
     arb_ptr at; int columns;
     arb_struct t;

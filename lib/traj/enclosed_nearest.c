@@ -45,7 +45,7 @@ struct asked {
     struct traj_request rq;       /* its initial, given and held are those */
     double *unit;                 /* base */
     signed char *tier;            /* base; -1: held */
-    arb_srcptr ball;              /* base: the values asked for, where they are no constants; or NULL */
+    arb_srcptr ball;              /* by variable, then derivatives: the values asked for, where they are no constants; or NULL */
     bool known;                   /* as traj_asked has it */
     unsigned char *skip;          /* by constraint: it has held variables alone, and is known to hold */
     int level[TIERS], levels;     /* by tier */
@@ -114,7 +114,7 @@ static expr_id asked_value(struct expr_store *st, const struct asked *q, int i)
 {
     int j = i % q->base;
     if (q->ball)
-        return st->symbol[enclosed_symbol(st, "value asked for", j)].node;
+        return st->symbol[enclosed_symbol(st, "value asked for", i)].node;
     bool known = q->rq.given[j] && q->rq.exact_initial && q->rq.exact_initial[i];
     return known ? q->rq.exact_initial[i] : i < q->base ? exact(st, q->rq.initial[j]) : expr_int(st, 0);
 }
@@ -205,7 +205,8 @@ static bool in_stage(const struct sys_system *sys, const struct enclose_problem 
                      slong prec, arb_ptr x)
 {
     struct expr_store *st = sys->store;
-    int n = p->n, c = sol->constraints, more = asked->ball ? n : 0, all = n + c + 1 + more;
+    const struct enclosed_piece *piece = asked->rq.piece;
+    int n = p->n, c = sol->constraints, more = asked->ball ? n : 0, knowns = piece ? piece->knowns : 0, all = n + c + 1 + more + knowns;
     SGA_FREED int *symbol = sga_malloc((size_t)(all + 1) * sizeof *symbol);
     struct point w = { .st = st, .sol = sol, .asked = asked, .t0 = t0, .prec = prec, .u = _arb_vec_init(all), .solved = sga_calloc((size_t)all + 1, 1),
                        .function = sga_malloc((size_t)(all + 1) * sizeof(expr_id)) };
@@ -213,6 +214,10 @@ static bool in_stage(const struct sys_system *sys, const struct enclose_problem 
     for (int i = 0; i < c; i++)
         symbol[n + i] = enclosed_symbol(st, "multiplier of constraint", i);
     symbol[n + c] = enclosed_symbol(st, "weight of tier", 1);
+    for (int j = 0; j < knowns; j++) {
+        symbol[n + c + 1 + more + j] = piece->known_symbol[j];
+        arb_set(w.u + n + c + 1 + more + j, piece->known + j);
+    }
     for (int j = 0; j < more; j++) {
         symbol[n + c + 1 + j] = enclosed_symbol(st, "value asked for", j);
         arb_set(w.u + n + c + 1 + j, asked->ball + j);

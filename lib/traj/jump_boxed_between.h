@@ -18,7 +18,10 @@ struct between {
     unsigned char *stays;         /* of `to`: not set, and there before */
     unsigned char *solved, *used; /* of `to`: unknowns, and the constraints that they were solved from */
     struct boxed_struck struck;   /* where there are masses */
-    bool nearest;                 /* it is a nearest point instead */
+    bool nearest;                 /* it is a nearest point instead, of this request; unit: by variable of `to`; steady: none of them follows a value */
+    struct traj_request q;
+    double *unit;
+    bool steady;
     struct sga_arena *mem;
 };
 

@@ -134,6 +134,52 @@ static bool follow(const struct sloping *s, int d)
     return ok;
 }
 
+/* Constraints, each followed by its derivatives, these along the event. tau: symbols. */
+static struct sga_constraint *along_event(const struct sloping *s, const int *tau, struct sga_arena *mem)
+{
+    struct expr_store *st = s->to->sys->store;
+    int each = 1 + s->q, c = s->to->sol->constraints;
+    struct sga_constraint *to = sga_zeros(mem, (size_t)c + 1, sizeof *to);
+    memcpy(to, s->to->sol->constraint, (size_t)c * sizeof *to);
+    for (int i = 0; i < c; i += each)
+        for (int d = 1; d < each; d++)
+            to[i + d].expr = expr_add(st, to[i + d].expr, expr_mul(st, st->symbol[tau[d - 1]].node, expr_time_partial(st, to[i].expr, s->to->sys->time)));
+    return to;
+}
+
+/* The nearest point once more, with its derivatives along the event; after: the field beyond it. */
+static bool move_least(const struct sloping *s, arb_srcptr after)
+{
+    const struct between *w = s->w;
+    const struct sys_system *sys = s->to->sys;
+    int all = s->m * (1 + s->q);
+    SGA_ARENA(mem);
+    SGA_FREED int *variable = field_inputs(sys);
+    int *tau = sga_zeros(&mem, (size_t)s->q + 1, sizeof *tau);
+    double *near = sga_zeros(&mem, (size_t)all + 1, sizeof *near);
+    arb_ptr asked = arbs_take(&mem, all), x = arbs_take(&mem, all);
+    for (int d = 0; d < s->q; d++)
+        tau[d] = enclosed_symbol(sys->store, "time of the event", d);
+    for (int k = 0; k < all; k++)
+        near[k] = k < s->m ? w->landed->x[k] : w->landed->slope[k - s->m] + arf_get_d(arb_midref(after + k % s->m), ARF_RND_NEAR) * arf_get_d(arb_midref(s->tau + (k / s->m - 1)), ARF_RND_NEAR);
+    _arb_vec_set(asked, w->asked, s->m);
+    _arb_vec_set(asked + s->m, s->y, all - s->m);
+    struct sga_solution sol = *s->to->sol;
+    sol.constraint = along_event(s, tau, &mem);
+    const struct traj_asked of = { true, true, s->m, s->q, w->q.initial, w->unit, w->q.given, w->q.held };
+    struct enclosed_piece piece = { .asked = asked, .known_symbol = tau, .known = s->tau, .knowns = s->q };
+    struct traj_request rq = w->q;
+    rq.asked = &of;
+    rq.piece = &piece;
+    struct enclose_problem p = { .st = sys->store, .variable = variable, .n = all, .time = sys->time, .budget = s->to->rq->budget };
+    bool ok = expr_store_ok(sys->store) && enclosed_nearest(sys, &p, &sol, &rq, NULL, near, &w->b->t, s->prec, x);
+    for (int k = 0; k < s->m && ok; k++)
+        ok = arb_overlaps(x + k, w->y + k);      /* it is that point */
+    if (ok)
+        _arb_vec_set(s->y, x + s->m, all - s->m);
+    return ok;
+}
+
 bool jump_boxed_slope(const struct between *w, arb_ptr slope)
 {
     SGA_ARENA(mem);
@@ -142,17 +188,15 @@ bool jump_boxed_slope(const struct between *w, arb_ptr slope)
     s.field = arbs_take(&mem, s.n);
     s.tau = arbs_take(&mem, s.q);
     s.y = arbs_take(&mem, (slong)s.q * s.m);
-    if (w->nearest || !along(&s))
-        return false;
-    if (w->to->rq->mass && !jump_impulse_boxed_slope(w, s.tau, s.y))
-        return false;
-    for (int d = 0; d < s.q; d++)
-        if (!follow(&s, d))
-            return false;
     arb_ptr after = arbs_take(&mem, s.m), all = arbs_take(&mem, (slong)s.m * (1 + s.q));
     _arb_vec_set(all, w->y, s.m);
-    if (!enclosed_values(s.to->sys, &w->b->t, all, s.to->sol->field, s.m, s.prec, after))
+    if (!along(&s) || (w->to->rq->mass && !jump_impulse_boxed_slope(w, s.tau, s.y)) || !enclosed_values(s.to->sys, &w->b->t, all, s.to->sol->field, s.m, s.prec, after))
         return false;
+    if (w->nearest && !(w->steady && move_least(&s, after)))
+        return false;
+    for (int d = 0; d < s.q && !w->nearest; d++)
+        if (!follow(&s, d))
+            return false;
     for (int i = 0; i < s.q * s.m; i++) {
         arb_mul(slope + i, after + i % s.m, s.tau + i / s.m, s.prec + 20);
         arb_sub(slope + i, s.y + i, slope + i, s.prec + 20);

@@ -101,21 +101,22 @@ static bool solve(const struct between *w, const struct enclose_problem *p, cons
 }
 
 /* The nearest point to what was set. */
-static bool nearest(const struct between *w, const struct enclose_problem *p, const struct traj_request *q)
+static bool nearest(struct between *w, const struct enclose_problem *p)
 {
     const struct jump *j = w->to;
     size_t n = (size_t)j->n;
-    double *asked = sga_zeros(w->mem, n + 1, sizeof *asked), *unit = sga_zeros(w->mem, n + 1, sizeof *unit);
     struct sizes sizes;
-    struct traj_request rq = *q;
+    struct traj_request rq = w->q;
     struct enclosed_piece piece = { .asked = w->asked };
-    sizes_init(&sizes, j->sys, q);
+    w->unit = sga_zeros(w->mem, n + 1, sizeof *w->unit);
+    w->steady = !j->sys->signals;
+    sizes_init(&sizes, j->sys, &w->q);
     for (size_t k = 0; k < n; k++) {
-        asked[k] = q->initial[k];
-        unit[k] = sizes_move(&sizes, (int)k, asked[k]);
+        w->unit[k] = sizes_move(&sizes, (int)k, w->q.initial[k]);
+        w->steady &= !w->q.given[k] || w->unit[k] == sizes_move(&sizes, (int)k, 0);
     }
     sizes_clear(&sizes);
-    const struct traj_asked of = { true, true, (int)n, 0, asked, unit, q->given, q->held };
+    const struct traj_asked of = { true, true, (int)n, 0, w->q.initial, w->unit, w->q.given, w->q.held };
     rq.asked = &of;
     rq.piece = &piece;
     return enclosed_nearest(j->sys, p, j->sol, &rq, NULL, w->landed->x, &w->b->t, w->b->piece.prec, w->y) && near_double(w, w->y);
@@ -140,7 +141,6 @@ static bool place(struct between *w)
 {
     const struct jump *j = w->to;
     size_t n = (size_t)j->n;
-    struct traj_request q;
     double *x = sga_zeros(w->mem, n + 1, sizeof *x);
     unsigned char *lists = sga_zeros(w->mem, 2 * n + 2, 1);
     struct jump_to asked = *w->landed;
@@ -149,9 +149,9 @@ static bool place(struct between *w)
     asked.x = x;
     for (size_t k = 0; k < n; k++)
         x[k] = w->landed->known[k] ? arf_get_d(arb_midref(w->asked + k), ARF_RND_NEAR) : 0;
-    jump_request(j, w->at, &asked, w->landed->way, lists, &q);
-    w->nearest = !solve(w, &p, &q);
-    if (w->nearest && !nearest(w, &p, &q))
+    jump_request(j, w->at, &asked, w->landed->way, lists, &w->q);
+    w->nearest = !solve(w, &p, &w->q);
+    if (w->nearest && !nearest(w, &p))
         return say(w, "it cannot be shown where the motion goes on after what is set here");
     return agrees(w) || say(w, "what is set here lies off the constraints by more than the bits tell");
 }
