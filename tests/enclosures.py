@@ -218,8 +218,6 @@ def no_proof(c):
            {"start": 0, "times": ["0.5", "2"], "initial": {"x": 1, "y": 0}}, 0.9, 1.0001, [[mp.mpf("0.5"), mp.mpf("0.5")]])
     lorenz = explicit(["x", "y", "z"], ["10*(y - x)", "x*(28 - z) - y", "x*y - 8*z/3"])
     c.refused("chaos for a long time", lorenz, {"start": 0, "times": ["1000"], "initial": {"x": 1, "y": 1, "z": 20}}, "time_limit", limits={"seconds": 2})
-    c.refused("derivatives through events that set", explicit(["x"], ["x"]), {"start": 0, "stop": 1, "initial": {"x": 1}, "sensitivities": {"initial": ["x"]},
-              "events": [{"name": "two", "expression": "x - 2", "action": "set", "set": {"x": "1"}}]}, "not_supported")
     c.refused("a method without balls", explicit(["x"], ["x"]), {"start": 0, "stop": 1, "initial": {"x": 1}}, "not_supported", method="dop853")
     c.refused("no constraint at the start", {"form": "equations", "variables": ["x", "y"], "equations": ["x' = 1", "y^2 = 1 - x^2"]},
               {"start": 0, "stop": 1, "initial": {"x": 3}, "hold": ["x"]}, "inconsistent_initial")

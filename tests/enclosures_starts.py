@@ -59,6 +59,4 @@ def random_starts(c, rng, count):
         c.hold(name, t, rows, 1e-25)
     c.closed("a start on its bound", {"form": "equations", "variables": ["x", "y"], "equations": ["x' = y", "y' = -x", "x^2 + y^2 = 1"]}, ["1"], {"x": "0.9", "y": "0.1"}, ["x", "y"],
              lambda t: [mp.mpf("0.75") * mp.cos(t) + mp.sqrt(7) / 4 * mp.sin(t), mp.sqrt(7) / 4 * mp.cos(t) - mp.mpf("0.75") * mp.sin(t)], 1e-30, bounds={"x": [None, 0.75]})
-    c.refused("derivatives of a start that is searched for", rod, {"start": 0, "stop": 1, "initial": {"x": 1, "y": 0}, "start_equations": ["x*y' - y*x' = 2"],
-              "sensitivities": {"initial": ["x"]}}, "not_supported")
     c.refused("a start that no point meets", rod, {"start": 0, "stop": 1, "initial": {"x": 1, "y": 0}, "start_equations": ["x = 2"]}, "inconsistent_initial")

@@ -255,6 +255,8 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
         if (v->jumps)
             add_jumps(v, rq, &a);
         add_request(v, rq, guess, whole);
+        if (rq->relations && rq->arithmetic == TRAJ_BALL && !v->of_defined)
+            ok = variation_relations(v, sys, sol, rq, &a, err);
     }
     along_end(&a);
     gauge_choice_clear(&choice);
@@ -274,6 +276,7 @@ void variation_clear(struct variation *v)
         defined_clear(&v->defined);
     sys_clear(&v->system);
     free(v->solution.constraint);
+    free(v->relation);
     free(v->field);
     free(v->guess);
     free(v->guessed);

@@ -30,6 +30,7 @@ struct variation {
     struct traj_turns turns;
     struct traj_slopes slopes;
     struct traj_asked asked;   /* set by variation_place and variation_place_nearest, for balls */
+    struct traj_relation *relation;   /* in balls: the relations of its start, each followed by its derivatives */
     bool jumps;                /* events set something: motions are those of the request that is differentiated, with this system as what is carried */
     bool may_jump;             /* the motion's field may jump, or its constraints bend, at a switch */
     double *initial;           /* the request's lists; set by variation_place, from the guess of what is differentiated (n each): */
@@ -59,6 +60,10 @@ bool variation_constants(const struct expr_store *st, const expr_id *e, int coun
 void variation_place_at(struct variation *v, struct traj_request *rq, const double *x, const double *slope);
 /* The same in balls, near the nearest point to what was asked; unit: by variable, as of variation_units (borrowed). False: equations define variables. */
 bool variation_place_nearest(struct variation *v, struct traj_request *rq, const double *x, const double *slope, const double *unit);
+/* variation_found.c. In balls: the start is the nearest point of rq's relations too, and of bounds (by variable, or NULL) that it lies on, as variation_place_nearest has placed it in rq,
+ * which has the relations of v at values of the parameters: rq->found. sys and sol are the copies of those of v. malloced; variation_found_free. */
+struct enclosed_found *variation_found(const struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const double *low, const double *high);
+void variation_found_free(struct enclosed_found *found);
 /* variation_digits.c. After variation_place_nearest, for double-double: the start and its derivatives become constants with all digits (exact: room for the variables of sys, which must
  * live as long as rq). False: they are not told so well. */
 bool variation_digits(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, struct traj_request *rq, expr_id *exact);

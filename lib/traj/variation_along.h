@@ -27,4 +27,11 @@ void along_end(struct variation_along *a);
 /* to[d] = e_x S_d + e_k. */
 void along_of(struct variation_along *a, expr_id e, expr_id *to);
 
+/* variation_found.c: v->relation, and those of its request. False with err: as start_search_init. */
+struct variation;
+struct traj_request;
+struct sga_solution;
+struct sga_error;
+bool variation_relations(struct variation *v, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct variation_along *a, struct sga_error *err);
+
 #endif

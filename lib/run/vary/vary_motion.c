@@ -69,6 +69,31 @@ static bool with_all_digits(const struct vary_motion *to, struct vary_model *m, 
     return ok;
 }
 
+/* From the nearest point, of relations and bounds of the start too. */
+static bool run_in_balls(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct vary_copies *p, const double *slope, int relations, struct sga_error *err)
+{
+    struct sweep_case *c = &p->c;
+    SGA_ARENA(mem);
+    double *unit = sga_zeros(&mem, (size_t)m->request.system.variables + 1, sizeof *unit);
+    bool searched = at->rq->relations || at->rq->low;
+    if (!to->exact_start || (searched && v->of_defined) || !vary_start_units(m, at, unit, err) || !variation_place_nearest(v, &c->request, at->x, slope, unit))
+        return err->code != SGA_E_OK ? false : sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/initial", "the derivatives of this start are not enclosed in balls; give initial values that satisfy the "
+                                                           "constraints, or use \"double\"");
+    to->exact_start = true;
+    if (!variation_starts_clear(v, &c->system, &c->request, err))
+        return false;
+    if (!searched)
+        return run(p, &to->result, err);
+    c->request.relations = relations;
+    struct enclosed_found *found = variation_found(v, &c->system, &c->solution, &c->request, at->rq->low, at->rq->high);
+    c->request.relations = 0;
+    c->request.found = found;
+    bool ok = run(p, &to->result, err);
+    c->request.found = NULL;
+    variation_found_free(found);
+    return ok;
+}
+
 /* The motions from the best slopes and from ones that are off by what these may be off. */
 static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at,
                             struct vary_copies *p, struct sga_error *err)
@@ -78,21 +103,13 @@ static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct
     struct traj_result other = { 0 };
     SGA_ARENA(mem);
     double *slope = sga_zeros(&mem, n * q + 1, sizeof *slope), *off = sga_zeros(&mem, n * q + 1, sizeof *off), *times = sga_zeros(&mem, q + 1, sizeof *times);
+    int relations = c->request.relations;
     c->request.relations = 0;       /* the start that is placed has met them */
     c->request.low = c->request.high = NULL;
     if (!vary_start_slopes(m, v->by, v->directions, at, slope, off, &to->exact_start, err))
         return false;
-    if (c->request.arithmetic == TRAJ_BALL && (at->rq->relations || at->rq->low))
-        return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/sensitivities", "the derivatives of a start that is searched for (start_equations, bounds) are not enclosed in balls; use "
-                           "\"double-double\" or \"double\", or give the start itself in trajectory.initial");
-    if (c->request.arithmetic == TRAJ_BALL) {
-        double *unit = sga_zeros(&mem, n + 1, sizeof *unit);
-        if (!to->exact_start || !vary_start_units(m, at, unit, err) || !variation_place_nearest(v, &c->request, at->x, slope, unit))
-            return err->code != SGA_E_OK ? false : sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/initial", "the derivatives of this nearest start are not enclosed in balls; give initial values that satisfy the "
-                                                               "constraints, or use \"double\"");
-        to->exact_start = true;
-        return variation_starts_clear(v, &c->system, &c->request, err) && run(p, &to->result, err);
-    }
+    if (c->request.arithmetic == TRAJ_BALL)
+        return run_in_balls(to, m, v, at, p, slope, relations, err);
     expr_id *exact = sga_zeros(&mem, (size_t)c->system.variables + 1, sizeof *exact);
     if (with_all_digits(to, m, v, at, c, slope, exact, err))
         return variation_starts_clear(v, &c->system, &c->request, err) && run(p, &to->result, err);
