@@ -25,6 +25,7 @@
 #include "set_points.h"
 #include "signals.h"
 #include "sizes.h"
+#include "start_parts.h"
 #include "system.h"
 #include "tape.h"
 #include "variation_turn.h"
@@ -373,7 +374,7 @@ static bool holds(struct flow *f, const struct traj_request *rq, const double *x
 static bool on_constraints(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
 {
-    if (consistent_start(&f->manifold, sys, sol, f->sizes, rq, NULL, x, moved, NULL))
+    if (start_parts(f, sys, sol, rq, x, moved) || consistent_start(&f->manifold, sys, sol, f->sizes, rq, NULL, x, moved, NULL))
         return true;
     if (!sga_budget_ok(rq->budget, err))
         return false;
