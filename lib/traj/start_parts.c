@@ -1,4 +1,4 @@
-/* See start_parts.h. */
+/* See start_parts.h. Of a part: the search of consistent.c, all other variables held, on a manifold of its own. */
 #include <stdlib.h>
 #include <string.h>
 
