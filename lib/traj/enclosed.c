@@ -1,5 +1,5 @@
 /* From bits to tolerances: the ball trajectory is run with more bits until its radii are as small as asked. */
-#include "enclosed.h"
+#include "enclosed_attempt.h"
 
 #include <assert.h>
 #include <math.h>
@@ -11,14 +11,11 @@
 #include "arena.h"
 #include "ball.h"
 #include "budget.h"
-#include "buf.h"
 #include "enc_tables.h"
 #include "flow.h"
 #include "knots.h"
 #include "mem.h"
-#include "ode.h"
 #include "points_space.h"
-#include "print.h"
 #include "reduction.h"
 #include "rows_kept.h"
 #include "sizes.h"
@@ -26,28 +23,6 @@
 #include "trajectory.h"
 
 enum { FIRST_EXTRA = 48, LEAST_BITS = 80, MOST_BITS = ENCLOSED_MOST_BITS };
-
-struct attempt {
-    struct flow *f;
-    const struct sys_system *sys;
-    const struct sga_solution *sol;
-    const struct traj_request *rq;
-    struct enclose_problem problem;
-    struct knots knots;
-    struct enc_tables tables;
-    int *before;                         /* by sample: knots before it */
-    slong prec;
-    arb_ptr start, time, box, column;    /* n; samples; samples x n; samples x columns */
-    arb_ptr knot;                        /* knots.count */
-    arb_t t0;
-    int n, columns;
-    struct enclose_end end;
-    struct enclose_happened happened;
-    arb_ptr happened_column;             /* happened.count x columns, of the last try; happened_room of them */
-    slong happened_room;
-    double excess;                       /* log2 of the largest radius / tolerance; -INFINITY where all are exact */
-    bool last;                           /* the time ended before more bits could be tried */
-};
 
 static void attempt_init(struct attempt *a)
 {
@@ -97,7 +72,7 @@ static void set_tables(const struct attempt *a, struct num_ball *b, const struct
 }
 
 /* Values of roots where the solution is in box (n) at t, into out. */
-static void evaluate(const struct attempt *a, struct num_ball *b, struct expr_cone *cone, const expr_id *root, int roots, const arb_t t, arb_srcptr box,
+void attempt_evaluate(const struct attempt *a, struct num_ball *b, struct expr_cone *cone, const expr_id *root, int roots, const arb_t t, arb_srcptr box,
                      arb_ptr out)
 {
     set_tables(a, b, cone, t);
@@ -142,13 +117,13 @@ static void columns(struct attempt *a)
     expr_cone_of(a->sys->store, &cone, a->rq->output, a->rq->outputs);
     for (int i = 0; i < a->end.samples; i++) {
         knots_around(&a->knots, instant_sample(a->rq, i));      /* what jumps has the value beyond, as in double; knots_before was sure */
-        evaluate(a, &b, &cone, a->rq->output, a->columns, a->time + i, a->box + (size_t)i * (size_t)a->n, a->column + (size_t)i * (size_t)a->columns);
+        attempt_evaluate(a, &b, &cone, a->rq->output, a->columns, a->time + i, a->box + (size_t)i * (size_t)a->n, a->column + (size_t)i * (size_t)a->columns);
     }
     join_early(a);
     for (int i = 0; i < a->happened.count; i++) {
         const struct enclose_happening *h = a->happened.list + i;
         knots_enter(&a->knots, h->piece);
-        evaluate(a, &b, &cone, a->rq->output, a->columns, &h->t, h->x, a->happened_column + (size_t)i * (size_t)a->columns);
+        attempt_evaluate(a, &b, &cone, a->rq->output, a->columns, &h->t, h->x, a->happened_column + (size_t)i * (size_t)a->columns);
     }
     expr_cone_clear(&cone);
     num_ball_clear(&b);
@@ -303,7 +278,7 @@ static slong more_bits(const struct attempt *a)
     return next > MOST_BITS ? (prec < MOST_BITS ? MOST_BITS : 0) : next;
 }
 
-static void say_time(const struct attempt *a, char *text, size_t room)
+void attempt_say_time(const struct attempt *a, char *text, size_t room)
 {
     snprintf(text, room, "the time limit of %.3g s passed while the solution was enclosed with %ld bits: it had come to t = %.6g of %.6g in %ld steps; "
              "ask for a shorter time, larger tolerances or limits.seconds, or use \"double\"", a->rq->budget->seconds, (long)a->prec, a->end.t,
@@ -319,7 +294,7 @@ static bool stopped(const struct attempt *a, struct sga_error *err)
         *err = why;
         return false;
     }
-    say_time(a, text, sizeof text);
+    attempt_say_time(a, text, sizeof text);
     return sga_fail(err, SGA_E_LIMIT_SECONDS, "%s", text);
 }
 
@@ -327,139 +302,6 @@ static bool stopped(const struct attempt *a, struct sga_error *err)
 static bool keeps_rows(const struct attempt *a)
 {
     return rows_are_kept(a->rq) && rows_time_ended(a->rq) && rows_beyond_start(a->rq, a->end.samples, NULL);
-}
-
-/* Why there is no proof beyond. */
-static void say_end(const struct attempt *a, struct traj_result *r)
-{
-    struct sga_buf text = { 0 };
-    r->ended = a->end.why != ENCLOSE_DONE;
-    r->ended_t = a->end.t;
-    r->ended_event = -1;
-    if (!r->ended)
-        return;
-    r->ended_reason = a->end.why == ENCLOSE_STOPPED ? ode_reason_text(ODE_TIME_LIMIT) : "not_enclosed";
-    if (a->end.why == ENCLOSE_STOPPED) {
-        say_time(a, r->ended_detail, sizeof r->ended_detail);
-    } else if (a->end.why == ENCLOSE_EVENT) {
-        r->ended_event = a->end.which;
-        r->ended_reason = ode_reason_text(ODE_EVENT);
-        snprintf(r->ended_detail, sizeof r->ended_detail, "an event that stops the motion");
-    } else if (a->end.why == ENCLOSE_UNDECIDED) {
-        snprintf(r->ended_detail, sizeof r->ended_detail, "it cannot be shown whether an event that stops the motion happens here: its function comes near to 0, and neither a "
-                 "change of its sign nor that it stays away from 0 can be shown");
-    } else if (a->end.why == ENCLOSE_WIDE)
-        snprintf(r->ended_detail, sizeof r->ended_detail, "the enclosure grows too wide here with %ld bits: neighbouring solutions part too fast; "
-                 "ask for a shorter time, or use \"double\"", (long)a->prec);
-    else if (a->end.why == ENCLOSE_JUMPS)
-        snprintf(r->ended_detail, sizeof r->ended_detail, "the constraints jump here with a table, and it cannot be shown where the variables that jump with it go; put samples beside "
-                 "each other in the place of the step, or use \"double\"");
-    else if (a->end.why == ENCLOSE_MAY_VANISH && expr_print(a->sys->store, a->problem.nonzero[a->end.which], 90, &text))
-        snprintf(r->ended_detail, sizeof r->ended_detail, "it cannot be shown that %s, which the reduction divides by or holds on one side of, is not 0 "
-                 "beyond this time", text.data);
-    else
-        snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time it cannot be shown that the solution exists and the field is analytic along it: "
-                 "a pole, the edge of a domain, a fall of the rank (a linkage at its dead centre), or a change of branch (abs, sign, min, max, a root of 0)");
-    sga_buf_free(&text);
-}
-
-static void numbers(const struct attempt *a, struct traj_result *r)
-{
-    size_t total = (size_t)a->end.samples * (size_t)a->columns;
-    assert(a->end.samples >= 0 && a->end.samples <= a->rq->samples && (a->end.why != ENCLOSE_DONE || a->end.samples == a->rq->samples));
-    r->rows = a->end.samples;
-    r->columns = a->columns;
-    r->t = sga_malloc((size_t)(r->rows + 1) * sizeof *r->t);
-    r->value = sga_malloc((total + 1) * sizeof *r->value);
-    r->radius = sga_malloc((total + 1) * sizeof *r->radius);
-    r->digits = sga_calloc(total + 1, sizeof *r->digits);
-    r->error = sga_calloc((size_t)r->rows + 1, sizeof *r->error);
-    for (int i = 0; i < r->rows; i++) {
-        r->t[i] = a->rq->times[i];
-        for (int k = 0; k < r->columns; k++) {
-            size_t at = (size_t)i * (size_t)r->columns + (size_t)k;
-            r->digits[at] = enclose_decimal(a->column + at, a->prec, r->radius + at);
-            r->value[at] = r->digits[at] ? strtod(r->digits[at], NULL) : NAN;
-            r->error[i] = fmax(r->error[i], r->radius[at]);
-        }
-        r->error_estimate = fmax(r->error_estimate, r->error[i]);
-    }
-    r->column_error = traj_column_errors(r->radius, r->rows, r->columns);
-}
-
-/* Events, each as the rows are. */
-static void keep_events(const struct attempt *a, struct traj_result *r)
-{
-    size_t all = (size_t)a->happened.count, cols = (size_t)r->columns;
-    r->happened = a->happened.count;
-    r->happening = sga_malloc((all + 1) * sizeof *r->happening);
-    r->happened_value = sga_malloc((all + 1) * (cols + 1) * sizeof *r->happened_value);
-    r->happened_digits = sga_calloc((all + 1) * (cols + 1), sizeof *r->happened_digits);
-    for (size_t i = 0; i < all; i++) {
-        const struct enclose_happening *h = a->happened.list + i;
-        struct traj_happening *to = r->happening + i;
-        char **digits = r->happened_digits + i * (cols + 1);
-        double radius;
-        *to = (struct traj_happening){ .event = h->which, .direction = h->direction, .undecided = !h->shown };
-        digits[0] = enclose_decimal(&h->t, a->prec, &to->error);
-        to->t = digits[0] ? strtod(digits[0], NULL) : NAN;
-        for (size_t k = 0; k < cols; k++) {
-            digits[1 + k] = enclose_decimal(a->happened_column + i * cols + k, a->prec, &radius);
-            r->happened_value[i * cols + k] = digits[1 + k] ? strtod(digits[1 + k], NULL) : NAN;
-        }
-    }
-}
-
-/* Of the midpoints, which are not on the set exactly. */
-static void residual(const struct attempt *a, struct traj_result *r)
-{
-    int c = a->sol->constraints;
-    if (!c)
-        return;
-    struct num_ball b;
-    struct expr_cone cone;
-    expr_id *root = sga_malloc((size_t)c * sizeof *root);
-    arb_ptr value = _arb_vec_init(c);
-    mag_t m;
-    for (int k = 0; k < c; k++)
-        root[k] = a->sol->constraint[k].expr;
-    num_ball_init(&b, a->sys->store, a->prec + 20);
-    expr_cone_init(&cone);
-    expr_cone_of(a->sys->store, &cone, root, c);
-    mag_init(m);
-    for (int i = 0; i < a->end.samples; i++) {
-        for (int j = 0; j < a->n; j++)
-            mag_zero(arb_radref(a->box + (size_t)i * (size_t)a->n + (size_t)j));
-        knots_enter(&a->knots, a->before[i]);
-        evaluate(a, &b, &cone, root, c, a->time + i, a->box + (size_t)i * (size_t)a->n, value);
-        for (int k = 0; k < c; k++) {
-            arb_get_mag(m, value + k);
-            r->residual = fmax(r->residual, enclose_above(m));
-        }
-    }
-    mag_clear(m);
-    _arb_vec_clear(value, c);
-    free(root);
-    expr_cone_clear(&cone);
-    num_ball_clear(&b);
-}
-
-static void keep(const struct attempt *a, struct traj_result *r)
-{
-    say_end(a, r);
-    numbers(a, r);
-    if (a->rq->events)
-        keep_events(a, r);
-    residual(a, r);
-    for (int j = 0; j < a->n; j++)
-        r->initial[j] = arf_get_d(arb_midref(a->start + j), ARF_RND_NEAR);
-    if (a->excess > 0)
-        r->shortfall = a->last ? "the enclosures are rigorous but wider than the tolerances: the time granted ended before more bits could be tried"
-                               : "the enclosures are rigorous but wider than the tolerances, with as many bits as are used at most";
-    r->method = "taylor";
-    r->arithmetic = "ball";
-    r->steps = a->end.steps;
-    r->evaluations = a->end.evaluations;
 }
 
 static bool supported(const struct traj_request *rq, struct sga_error *err)
@@ -538,7 +380,7 @@ bool enclosed_run(struct flow *f, const struct sys_system *sys, const struct sga
     a[1] = a[0];
     ok = ok && attempts(a, near, &best, err);
     if (ok) {
-        keep(best, r);
+        attempt_keep(best, r);
         if (own->piece)
             leave(best);
         r->out_of_time = rows_are_kept(rq) && (best->end.why == ENCLOSE_STOPPED || best->last || sga_now() >= rq->rows_until);
