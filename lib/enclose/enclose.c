@@ -307,7 +307,7 @@ bool enclose_run(const struct enclose_problem *q, const struct enclose_path *pat
         arb_init(w.s);
         arb_set(w.base, path->t0);
         to_time(&w, path->times + path->samples - 1);
-        w.way = arf_get_d(arb_midref(w.s), ARF_RND_NEAR);
+        w.way = path->early < path->samples ? arf_get_d(arb_midref(w.s), ARF_RND_NEAR) : path->backward ? -above(w.s) : above(w.s);
         at_start(&w, box, end);
         end->t = arf_get_d(arb_midref(path->t0), ARF_RND_NEAR);
         w.zeros.strict = path->strict;

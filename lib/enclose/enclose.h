@@ -66,6 +66,7 @@ struct enclose_path {
     slong prec;                          /* bits; the boxes lose what the problem's conditioning costs */
     bool strict;                         /* what may be 0 at the start is 0 there exactly (enclose_watch.zero), or it is undecided whether it happens; what changes
                                           * its sign in the direction that does not count never happens */
+    bool backward;                       /* time falls along the motion */
     int early;                           /* so many samples may lie before the start: their boxes are those of the solution if they do not */
     long most_steps;                     /* 0: as many as the budget allows */
     struct enclose_happened *happened;   /* empty at first; NULL only where nothing is watched */

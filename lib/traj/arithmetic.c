@@ -25,12 +25,29 @@ static const long MOST_STEPS = 300000;
  * stops: a touch may turn out to be two passages, or none. */
 static const double GUIDE_RTOL = 1e-9;
 
+/* Where the request's own atol is finer than a guide's: the flow's sizes with natural units of absolute tolerances, of `natural`. Weights stay the flow's, as charts that are added on
+ * the way point to them. Otherwise NULL. sizes_clear(natural) is due. */
+static struct sizes *guide_sizes(const struct flow *f, const struct traj_request *rq, struct traj_request *q, struct sizes *natural, struct sizes *to)
+{
+    *natural = (struct sizes){ .n = 0 };
+    if (!rq->own_atol || rq->atol >= GUIDE_RTOL)
+        return NULL;
+    q->own_atol = false;
+    sizes_init(natural, f->sys, q);
+    *to = *f->sizes;
+    to->unit = natural->unit;
+    to->column = natural->column;
+    to->time = natural->time;
+    to->any = natural->any;
+    return to;
+}
+
 static bool find_events(struct flow *f, const struct traj_request *rq, const double *start, struct traj_result *guide, struct sga_error *err)
 {
     struct traj_request q = *rq;
     size_t n = (size_t)f->n, events = (size_t)rq->events;
     struct traj_event *event = memcpy(sga_malloc(events * sizeof *event), rq->event, events * sizeof *event);
-    struct sizes *own = f->sizes, natural;
+    struct sizes *own = f->sizes, natural, guiding;
     struct ode_event *asked = memcpy(sga_malloc(events * sizeof *asked), f->spec, events * sizeof *asked);
     for (size_t i = 0; i < events; i++) {
         event[i].direction = 0;
@@ -41,10 +58,8 @@ static bool find_events(struct flow *f, const struct traj_request *rq, const dou
     q.arithmetic = TRAJ_DOUBLE;
     q.rtol = fmax(rq->rtol, GUIDE_RTOL);
     q.atol = fmax(rq->atol, GUIDE_RTOL);
-    q.own_atol &= rq->atol >= GUIDE_RTOL;
-    sizes_init(&natural, f->sys, &q);
-    if (rq->own_atol && !q.own_atol)
-        f->sizes = &natural;
+    struct sizes *guides = guide_sizes(f, rq, &q, &natural, &guiding);
+    f->sizes = guides ? guides : own;
     q.integrals = 0;
     q.rows_until = rows_are_kept(rq) ? rows_first_until(rq->rows_until) : 0;
     q.single = false;

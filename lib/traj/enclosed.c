@@ -249,7 +249,8 @@ static bool run(struct attempt *a, const double *near, struct sga_error *err)
         return false;
     struct enclose_path path = { .start = a->start, .t0 = a->t0, .times = a->time, .samples = rq->samples, .knot = a->knot, .knots = a->knots.count,
                                  .before = a->before, .enter = enter, .jump = enclosed_jumps(a->f, a->sol) ? jump : NULL, .ctx = a,
-                                 .prec = a->prec, .happened = &a->happened, .strict = rq->piece && rq->piece->start, .early = rq->piece ? rq->piece->early : 0 };
+                                 .prec = a->prec, .happened = &a->happened, .strict = rq->piece && rq->piece->start, .early = rq->piece ? rq->piece->early : 0,
+                                 .backward = rq->samples && rq->times[rq->samples - 1] < rq->start };
     enclose_happened_clear(&a->happened);
     if (!enclose_run(&a->problem, &path, a->box, &a->end, err))
         return false;

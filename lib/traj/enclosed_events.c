@@ -7,12 +7,11 @@
 #include "signal.h"
 #include "trajectory.h"
 
-/* d_t e + sum_j d_j e X_j. */
-static expr_id rate_of(struct expr_store *st, const struct enclose_problem *p, expr_id e)
+expr_id enclosed_rate(struct expr_store *st, expr_id e, const int *variable, int n, int time, const expr_id *field)
 {
-    expr_id rate = expr_time_partial(st, e, p->time);
-    for (int j = 0; j < p->n; j++)
-        rate = expr_add(st, rate, expr_mul(st, expr_diff(st, e, p->variable[j]), p->field[j]));
+    expr_id rate = expr_time_partial(st, e, time);
+    for (int j = 0; j < n; j++)
+        rate = expr_add(st, rate, expr_mul(st, expr_diff(st, e, variable[j]), field[j]));
     return rate;
 }
 
@@ -21,6 +20,6 @@ void enclosed_watch(struct expr_store *st, const struct enclose_problem *problem
     assert(problem->n > 0);
     for (int k = 0; k < rq->events; k++) {
         const struct traj_event *e = rq->event + k;
-        watch[k] = (struct enclose_watch){ e->expression, rate_of(st, problem, e->expression), e->direction, e->stop, e->most, e->from_zero };
+        watch[k] = (struct enclose_watch){ e->expression, enclosed_rate(st, e->expression, problem->variable, problem->n, problem->time, problem->field), e->direction, e->stop, e->most, e->from_zero };
     }
 }

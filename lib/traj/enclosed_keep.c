@@ -34,8 +34,8 @@ static void say_end(const struct attempt *a, struct traj_result *r)
         r->ended_reason = ode_reason_text(ODE_EVENT);
         snprintf(r->ended_detail, sizeof r->ended_detail, "an event that stops the motion");
     } else if (a->end.why == ENCLOSE_UNDECIDED) {
-        snprintf(r->ended_detail, sizeof r->ended_detail, "it cannot be shown whether an event that stops the motion happens here: its function comes near to 0, and neither a "
-                 "change of its sign nor that it stays away from 0 can be shown");
+        snprintf(r->ended_detail, sizeof r->ended_detail, "it cannot be shown whether an event that %s happens here: its function comes near to 0, and neither a "
+                 "change of its sign nor that it stays away from 0 can be shown", a->rq->piece ? "stops the motion or sets something" : "stops the motion");
     } else if (a->end.why == ENCLOSE_WIDE)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the enclosure grows too wide here with %ld bits: neighbouring solutions part too fast; "
                  "ask for a shorter time, or use \"double\"", (long)a->prec);

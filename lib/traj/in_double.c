@@ -128,7 +128,7 @@ bool in_double_run(struct flow *f, const struct traj_request *rq, struct traj_re
     r->evaluations = o.stats.evaluations + o.second.evaluations;
     bool ok = true;
     if (o.end.reason == ODE_TIME_LIMIT || o.end.reason == ODE_CANCELLED)
-        ok = sga_budget_ok(rq->budget, err);
+        ok = rows_may_end(rq, err);
     r->out_of_time = options.keep_rows && (o.end.reason == ODE_TIME_LIMIT || sga_now() >= rq->rows_until);
     ok = ok && (o.end.reason != ODE_TIME_LIMIT || rows_beyond_start(rq, r->rows, err));
     ode_result_free(&o);

@@ -208,7 +208,7 @@ bool jump_boxed_run(const struct sys_system *sys, const struct sga_solution *sol
         struct jump_pass p;
         own.piece = &piece;
         bool ok = jump_pass_run(&p, sys, sol, &own, 1, 0, err);
-        late = have && (ok ? jump_time_ended(&p.r) && p.r.rows < best.r.rows : err->code == SGA_E_LIMIT_SECONDS && rows_are_kept(rq) && sga_budget_ok(rq->budget, NULL));
+        late = have && (ok ? jump_time_ended(&p.r) && p.r.rows < best.r.rows : err->code == SGA_E_LIMIT_SECONDS && rows_are_kept(rq) && rows_may_end(rq, NULL));
         if (late) {
             if (ok)
                 jump_pass_clear(&p);

@@ -25,8 +25,6 @@ struct between {
     struct sga_arena *mem;
 };
 
-/* Place in the variables after the event of one before it, by its name; -1: there is none. */
-int between_place(const struct between *w, int k);
 /* jump_impulse_boxed.c: x (n of `to`) with velocities as they are set becomes x after the impulse, near landed->x, and w->struck is set. False: that is not shown. */
 bool jump_impulse_boxed(struct between *w, arb_ptr x);
 /* jump_impulse_boxed_slope.c: y (directions x variables of `to`): derivatives along the event as values are set become those after the impulse, which left w->y; tau: of its

@@ -92,7 +92,7 @@ static bool along(const struct sloping *s)
     if (!enclosed_values(s->from->sys, &s->w->b->t, s->w->x, s->from->sol->field, s->n, s->prec, s->field) || !times(s) || !assigned(s, z))
         return false;
     for (int k = 0; k < s->n; k++) {
-        int v = between_place(s->w, k);
+        int v = jump_same(s->w->from, k, s->w->to);
         for (int d = 0; d < s->q && v >= 0; d++)
             arb_set(s->y + d * s->m + v, z + d * s->n + k);
     }

@@ -5,14 +5,12 @@
 
 #include "arb_ends.h"
 #include "arena.h"
-#include "derive.h"
 #include "field.h"
 #include "jump_boxed_between.h"
 #include "jump_turn.h"
 #include "mem.h"
 #include "poly.h"
 #include "reduction.h"
-#include "signal.h"
 #include "sizes.h"
 #include "system.h"
 
@@ -23,13 +21,6 @@ static bool say(const struct between *w, const char *why)
 {
     snprintf(w->b->why, sizeof w->b->why, "%s", why);
     return false;
-}
-
-int between_place(const struct between *w, int k)
-{
-    const char *name = w->from->sys->store->symbol[w->from->sys->variable[k].symbol].name;
-    int symbol = expr_symbol_find(w->to->sys->store, name, strlen(name));
-    return symbol < 0 ? -1 : w->to->variable[symbol];
 }
 
 static bool assign(const struct between *w)
@@ -53,7 +44,7 @@ static bool assign(const struct between *w)
                 changed[rq->event[e].set[k].variable] = 1;
             }
     for (int k = 0; k < n; k++) {
-        int v = between_place(w, k);
+        int v = jump_same(w->from, k, w->to);
         if (v < 0)
             continue;
         arb_set(w->asked + v, set + k);
@@ -179,19 +170,6 @@ static bool held_at_zero(const struct between *w, expr_id e)
     return poly_vanishes_with(w->to->sys->store, e, given, sol->constraints, &limits);
 }
 
-/* What e changes by along the motion after the event; EXPR_UNDEF: the motion has a choice. */
-static expr_id rate_of(const struct between *w, expr_id e)
-{
-    const struct sys_system *sys = w->to->sys;
-    struct expr_store *st = sys->store;
-    if (w->to->sol->free_columns)
-        return EXPR_UNDEF;
-    expr_id rate = expr_time_partial(st, e, sys->time);
-    for (int k = 0; k < w->to->n; k++)
-        rate = expr_add(st, rate, expr_mul(st, expr_diff(st, e, sys->variable[k].symbol), w->to->sol->field[k]));
-    return rate;
-}
-
 /* 1: its function is 0 at the event because it is that of one that happens, and it crosses the other way; 0: it happens too; -1: neither is known. */
 static int other_way(const struct between *w, int e)
 {
@@ -211,6 +189,7 @@ static bool on_sides(const struct between *w)
     const struct traj_request *rq = w->to->rq;
     expr_id *root = sga_take(w->mem, ((size_t)rq->events + 1) * sizeof *root);
     arb_ptr v = arbs_take(w->mem, rq->events);
+    SGA_FREED int *variable = field_inputs(w->to->sys);
     for (int e = 0; e < rq->events; e++) {
         root[e] = rq->event[e].expression;
         w->b->idle[e] = w->b->zero[e] = false;
@@ -224,7 +203,7 @@ static bool on_sides(const struct between *w)
         int way = w->at->fired[e] ? 1 : other_way(w, e);
         if (!way)
             return say(w, "two events happen at once here");
-        expr_id rate = rate_of(w, root[e]);
+        expr_id rate = w->to->sol->free_columns ? EXPR_UNDEF : enclosed_rate(w->to->sys->store, root[e], variable, w->to->n, w->to->sys->time, w->to->sol->field);      /* unless the motion has a choice */
         w->b->zero[e] = arb_is_zero(v + e) || (way > 0 && is_kept(w, root[e]));
         w->b->idle[e] = held_at_zero(w, root[e]) || (w->b->zero[e] && rate && held_at_zero(w, rate));
     }

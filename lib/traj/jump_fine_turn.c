@@ -70,8 +70,7 @@ static bool no_value(const struct between *b, struct sga_error *err)
 static void carry(const struct between *b, const num_dd *from, num_dd *to)
 {
     for (int k = 0; k < b->from->n; k++) {
-        const char *name = b->from->sys->store->symbol[b->from->sys->variable[k].symbol].name;
-        int symbol = expr_symbol_find(b->to->sys->store, name, strlen(name)), v = symbol < 0 ? -1 : b->to->variable[symbol];
+        int v = jump_same(b->from, k, b->to);
         if (v >= 0)
             to[v] = from[k];
     }

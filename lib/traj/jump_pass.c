@@ -221,7 +221,7 @@ void jump_end_at_rows(struct jump_pass *p, const struct traj_request *rq, const 
 /* No time is left for another piece: the rows of those before are the motion's. */
 static bool keeps_rows(struct jump_pass *p, const struct traj_request *rq, const struct sga_error *why)
 {
-    if (why->code != SGA_E_LIMIT_SECONDS || !rows_are_kept(rq) || !sga_budget_ok(rq->budget, NULL) || !rows_beyond_start(rq, p->r.rows, NULL))
+    if (why->code != SGA_E_LIMIT_SECONDS || !rows_are_kept(rq) || !rows_may_end(rq, NULL) || !rows_beyond_start(rq, p->r.rows, NULL))
         return false;
     char text[120];
     snprintf(text, sizeof text, "the limit of %g seconds was reached; raise limits.seconds or ask for an earlier stop", rq->budget->seconds);
@@ -330,7 +330,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         jump_join(p, &q, &piece);
         if (p->fine && piece.ended_event >= 0)
             fill_samples(p, rq, piece.error_estimate);
-        if (ok && p->boxed && piece.ended_event >= 0)
+        if (p->boxed && piece.ended_event >= 0)
             jump_boxed_end(p, s.mode->rq, s.mode->sys, q.whole[piece.ended_event]);
         jump_note_switches(p, &q, s.mode, &piece);
         double t = piece.ended_t, direction = jump_direction(rq);

@@ -85,6 +85,13 @@ bool jump_init(struct jump *j, const struct sys_system *sys, const struct sga_so
     return !rq->carried || j->slope;
 }
 
+int jump_same(const struct jump *from, int k, const struct jump *to)
+{
+    const char *name = from->sys->store->symbol[from->sys->variable[k].symbol].name;
+    int symbol = expr_symbol_find(to->sys->store, name, strlen(name));
+    return symbol < 0 ? -1 : to->variable[symbol];
+}
+
 void jump_clear(struct jump *j)
 {
     jump_slope_free(j->slope);

@@ -52,6 +52,8 @@ struct jump_turn {
 
 bool jump_init(struct jump *j, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err);
 void jump_clear(struct jump *j);
+/* The place in the variables of `to` of variable k of `from`, by its name; -1: there is none. */
+int jump_same(const struct jump *from, int k, const struct jump *to);
 /* x (n) as it is set, and by variable whether it is; by mode the place of its value, where one is set. */
 bool jump_assign(struct jump *j, const struct jump_at *at, double *x, unsigned char *changed, int *choice, struct sga_error *err);
 /* to->x: the start after it, and by event the side of its zero from which the motion goes on (ode_problem.event_side), and whether its function stands at 0 there. What is set

@@ -200,8 +200,7 @@ static bool assigned(const struct jump_slope *s, const struct jump_at *at, const
 static void carry(const struct jump *from, const struct jump *j, int q, const double *y, double *to)
 {
     for (int k = 0; k < from->n; k++) {
-        const char *name = from->sys->store->symbol[from->sys->variable[k].symbol].name;
-        int symbol = expr_symbol_find(j->sys->store, name, strlen(name)), v = symbol < 0 ? -1 : j->variable[symbol];
+        int v = jump_same(from, k, j);
         for (int d = 0; d < q && v >= 0; d++)
             to[d * j->n + v] = y[d * from->n + k];
     }

@@ -26,10 +26,8 @@ void turn_clear(struct turn *s)
 /* In the variables of the present mode: values, what is set, what there was. */
 static void carry(struct turn *s, const double *x, const double *was, const unsigned char *changed, struct jump_to *to)
 {
-    const struct sys_system *from = s->before.sys, *sys = s->j.sys;
     for (int k = 0; k < s->before.n; k++) {
-        const char *name = from->store->symbol[from->variable[k].symbol].name;
-        int symbol = expr_symbol_find(sys->store, name, strlen(name)), v = symbol < 0 ? -1 : s->j.variable[symbol];
+        int v = jump_same(&s->before, k, &s->j);
         if (v < 0)
             continue;
         to->x[v] = x[k];

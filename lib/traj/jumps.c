@@ -155,7 +155,7 @@ static enum later later_pass(struct jump_pass *p, struct jump_pass *loose, const
                              struct sga_error *err)
 {
     bool errors = loose->r.error, ok = jump_pass_run(p, sys, sol, rq, tighter, 0, err);
-    bool stays = errors && rows_are_kept(rq) && sga_budget_ok(rq->budget, NULL) && (ok ? jump_time_ended(&p->r) && p->r.rows < loose->r.rows : err->code == SGA_E_LIMIT_SECONDS);
+    bool stays = errors && rows_are_kept(rq) && rows_may_end(rq, NULL) && (ok ? jump_time_ended(&p->r) && p->r.rows < loose->r.rows : err->code == SGA_E_LIMIT_SECONDS);
     if (stays) {
         jump_pass_clear(p);
         *p = *loose;

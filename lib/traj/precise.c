@@ -396,6 +396,7 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     struct sga_budget until;
     struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rows_are_kept(rq) ? rows_request(rq, rq->rows_until, &timed, &until) : rq, .n = f->n, .guide = guide, .limits = limits };
     struct outcome o = { 0 };
+    charts_return(f);          /* the guide may have ended in another one */
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
     p.constraint = num_jet2_new(f->manifold.tape, 1);
@@ -418,8 +419,8 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         if (guide)
             keep_events(&p, &o, r);
         r->out_of_time = rows_are_kept(rq) && (out_of_budget(&o.path) || sga_now() >= rq->rows_until);
-        if (out_of_budget(&o.path) || !sga_budget_ok(rq->budget, NULL))
-            ok = sga_budget_ok(rq->budget, err) && rows_beyond_start(rq, r->rows, err);
+        if (out_of_budget(&o.path) || !rows_may_end(rq, NULL))
+            ok = rows_may_end(rq, err) && rows_beyond_start(rq, r->rows, err);
         else if (o.path.lost)
             ok = lost(&p, &o, err);
         *reason = o.path.reason;

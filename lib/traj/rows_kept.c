@@ -38,6 +38,11 @@ bool rows_time_ended(const struct traj_request *rq)
     return !sga_budget_ok(rq->budget, &why) && why.code == SGA_E_LIMIT_SECONDS;
 }
 
+bool rows_may_end(const struct traj_request *rq, struct sga_error *err)
+{
+    return (rows_are_kept(rq) && rows_time_ended(rq)) || sga_budget_ok(rq->budget, err);
+}
+
 bool rows_beyond_start(const struct traj_request *rq, int rows, struct sga_error *err)
 {
     if (rows > 0 && fabs(rq->times[rows - 1] - rq->start) > 0)

@@ -16,6 +16,8 @@ const struct traj_request *rows_request(const struct traj_request *rq, double un
 double rows_first_until(double until);
 /* Whether the time of rq's own budget ended; no other limit, and no cancellation. */
 bool rows_time_ended(const struct traj_request *rq);
+/* The budget without its time, where rows are kept: what has rows ends with them, however slow the machine was since rows_until. */
+bool rows_may_end(const struct traj_request *rq, struct sga_error *err);
 /* Whether the last of so many rows lies beyond the start; otherwise err (which may be NULL): the limit is too short. */
 bool rows_beyond_start(const struct traj_request *rq, int rows, struct sga_error *err);
 /* Why errors are larger than what was asked for, static. */

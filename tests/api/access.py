@@ -247,6 +247,18 @@ def isolated(build, c):
     c(run.returncode == 2 and "access = tokens" in run.stderr, "isolation without tokens", run.stderr)
 
 
+def waiters(path):
+    """Requests that wait for a job, as a second address tells it."""
+    with socket.socket(socket.AF_UNIX) as s:
+        s.settimeout(10)
+        s.connect(path)
+        s.sendall(b"GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+        text = b""
+        while piece := s.recv(4096):
+            text += piece
+    return int(re.search(rb"^sgad_waiters (\d+)", text, re.M)[1])
+
+
 def crowd_of_one(build, c):
     """One address does not hold all connections; of its own, those without a request give their place to the next."""
     with tempfile.TemporaryDirectory() as folder, Daemon(build, "--address-connections", "5", "--connections", "5", "--workers", "1",
@@ -274,8 +286,8 @@ def crowd_of_one(build, c):
                 s.close()
             held = [socket.create_connection(("127.0.0.1", d.port), timeout=10) for _ in range(5)]
             for s in held:
-                s.sendall(f"GET /v1/jobs/{id_} HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=3\r\n\r\n".encode())
-            time.sleep(0.5)
+                s.sendall(f"GET /v1/jobs/{id_} HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=15\r\n\r\n".encode())
+            c(until(lambda: waiters(folder + "/admin") == 5, seconds=12), "all wait for a job")
             with socket.create_connection(("127.0.0.1", d.port), timeout=10) as more:
                 try:
                     more.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
@@ -297,7 +309,7 @@ def crowd_of_one(build, c):
                 return d.get("/healthz").status == 200
             except (OSError, http.client.HTTPException):
                 return False
-        c(until(served), "room again")
+        c(until(served, seconds=40), "room again")
 
 
 def reading_only(build, c):

@@ -134,6 +134,14 @@ static void unset_pieces(void *of)
         slides_unset(p->slides);
 }
 
+static bool sweep(struct job *j, const struct sga_solution *solution, struct traj_request *r, struct pieces *pieces)
+{
+    bool ok = answer_sweep(j, solution, r, (struct sweep_modes){ pieces, set_pieces, tell_pieces, unset_pieces, pieces->modes || pieces->slides });
+    if (ok && r->rows_until > 0 && sga_now() >= r->rows_until)
+        job_ends(j);
+    return ok;
+}
+
 static bool run(struct job *j, const struct sga_solution *solution, struct points_oracle *oracle, struct traj_request *r, struct pieces *pieces)
 {
     stage_begin(j->clock, STAGE_INITIAL);
@@ -145,11 +153,13 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
         j->initial_residuals = solution->constraints;
     }
     if (j->request->want & REQUEST_TRAJECTORY && j->request->sweeps)
-        return answer_sweep(j, solution, r, (struct sweep_modes){ pieces, set_pieces, tell_pieces, unset_pieces, pieces->modes || pieces->slides });
+        return sweep(j, solution, r, pieces);
     if (j->request->want & REQUEST_TRAJECTORY) {
         stage_begin(j->clock, STAGE_TRAJECTORY);
         if (!integrate(j, solution, r))
             return false;
+        if (j->trajectory->out_of_time)
+            job_ends(j);
     }
     return !(j->request->want & REQUEST_TRADEOFF) || tradeoff(j, solution, r);
 }

@@ -100,6 +100,16 @@ bool job_leaves_out(struct job *j, double deadline, const char *pointer, const c
     return true;
 }
 
+/* From the motion's end. The service waits for five past the time granted. */
+static const double ENDING_SECONDS = 1;
+
+void job_ends(struct job *j)
+{
+    assert(j->budget->deadline > 0);
+    j->budget->deadline = fmax(j->budget->deadline, sga_now() + ENDING_SECONDS);
+    j->request->store.deadline = j->budget->deadline;
+}
+
 bool job_helps(const struct job *j)
 {
     return j->host.team && j->host.team->member;

@@ -154,6 +154,9 @@ bool job_has_left(const struct job *j);
 double job_shorten(struct job *j);
 bool job_leaves_out(struct job *j, double deadline, const char *pointer, const char *what);
 
+/* A motion that is there, and met the end of its time: it is written, also where the machine was so slow that what was kept for that has passed. */
+void job_ends(struct job *j);
+
 /* Whether this process only helps another one with the sets of a sweep (team.h): it writes no answer. */
 bool job_helps(const struct job *j);
 
