@@ -211,7 +211,7 @@ bool agenda_choose(struct agenda *a, int *out_row, int *out_at)
     }
     *out_row = best.row;
     *out_at = best.at;
-    return best.row >= 0;
+    return best.row >= 0 && !(near && a->c->wait && best.score >= late);
 }
 
 /* Where every row that is left is long, the rest is a dense block. Blocks of numbers are

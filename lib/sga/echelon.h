@@ -53,6 +53,7 @@ struct ech_context {
     const double *near; double near_time;    /* by variable: where a motion is to start; or NULL */
     const unsigned char *near_given;         /* by variable: that value was given; NULL: all were */
     bool near_pivots;      /* entries that are small there, beside what they are in general, are pivots only where there are no others */
+    bool wait;             /* ... and not yet: rows that have no others are left with their entries */
     const struct sga_budget *budget;
     bool record;           /* keep the operations, for the combinations */
     struct sga_error *err;
@@ -72,7 +73,7 @@ int ech_zero(const struct ech_context *c, expr_id e);
  * first, constants before functions, and only among entries decided not to be zero. Rows
  * that get a pivot move into the echelon form (emptied in `row`); the others end without
  * entries: where their right side is not zero on the present set they are left with it,
- * otherwise rhs is the constant 0. False: undecided or out of budget. */
+ * otherwise rhs is the constant 0. Where c->wait, rows may be left that wait for better pivots. False: undecided or out of budget. */
 bool ech_eliminate(struct echelon *e, const struct ech_context *c, struct ech_row *row, int rows, int generation);
 
 #endif

@@ -118,6 +118,25 @@ static int pivots_stand(struct state *s)
     return ech_blocks_stand(&s->ech, s->oracle);
 }
 
+void state_clear_waiting(struct state *s)
+{
+    free_rows(s->waiting, s->waitings);
+    s->waiting = NULL;
+    s->waitings = 0;
+}
+
+/* Rows that were left with entries, after an elimination. */
+static void keep_waiting(struct state *s, struct ech_row *row, int rows)
+{
+    assert(!s->waitings);
+    s->waiting = sga_calloc((size_t)rows + 1, sizeof *s->waiting);
+    for (int i = 0; i < rows; i++)
+        if (row[i].entries) {
+            s->waiting[s->waitings++] = row[i];
+            row[i] = (struct ech_row){ 0 };
+        }
+}
+
 /* Begin the echelon form anew: all rows are pending again. */
 static void forget_pivots(struct state *s)
 {
@@ -129,6 +148,7 @@ static void forget_pivots(struct state *s)
             sol->dead[sol->deads++] = (struct sga_pivot){ s->ech.pivot[q].col, s->ech.pivot[q].value,
                                                           s->ech.pivot[q].generation, s->ech.pivot[q].row.source };
     s->blocks_lost |= s->ech.blocks > 0;
+    state_clear_waiting(s);
     ech_clear(&s->ech);
     ech_init(&s->ech, s->sys->variables);
     s->started = false;
@@ -158,8 +178,13 @@ static int round_of(struct state *s, int from, int to, int g)
         rows = s->sys->rows;
         s->sol->redundant_rows = 0;
         s->started = true;
+        assert(!s->waitings);
     } else {
-        row = sga_calloc((size_t)(to - from) + 1, sizeof *row);
+        row = sga_calloc((size_t)(s->waitings + to - from) + 1, sizeof *row);
+        for (; rows < s->waitings; rows++)
+            row[rows] = s->waiting[rows];
+        s->waitings = 0;
+        state_clear_waiting(s);
     }
     state_open_columns(s);
     for (int i = from; i < to; i++)
@@ -172,6 +197,7 @@ static int round_of(struct state *s, int from, int to, int g)
         if (added >= 0 && !s->inconsistent)
             note_vanished(s, row, rows, before, g);
     }
+    keep_waiting(s, row, rows);
     free_rows(row, rows);
     if (added >= 0 && !expr_store_ok(s->st)) {
         *s->err = s->st->error;
@@ -180,11 +206,24 @@ static int round_of(struct state *s, int from, int to, int g)
     return added;
 }
 
+/* Nothing is left to wait for. */
+static int last_round(struct state *s, int to, int g)
+{
+    s->ctx.wait = false;
+    int added = round_of(s, to, to, g);
+    s->ctx.wait = s->ctx.near_pivots;
+    assert(added < 0 || !s->waitings);
+    return added;
+}
+
 int state_generation(struct state *s, int from, int to, int g)
 {
     assert(from <= to && to <= s->sol->constraints);
     assert(g >= 1);
-    int added = round_of(s, from, to, g), more = added;
+    int added = round_of(s, from, to, g);
+    if (!added && s->waitings && !s->inconsistent)
+        added = last_round(s, to, g);
+    int more = added;
     while (more > 0 && !s->inconsistent) {
         int stand = pivots_stand(s);
         if (stand < 0)
@@ -193,6 +232,8 @@ int state_generation(struct state *s, int from, int to, int g)
             break;
         forget_pivots(s);
         more = round_of(s, 0, to, g);
+        if (!more && s->waitings && !s->inconsistent)
+            more = last_round(s, to, g);
         if (more < 0)
             return -1;
         added += more;

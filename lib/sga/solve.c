@@ -137,7 +137,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     if (options->near && options->near_given)
         s->space.cheap = s->cheap = move_cheaply(&s->mem, sys, options->near_given);
     s->ctx = (struct ech_context){ .st = st, .facts = s->facts, .oracle = oracle, .near = options->near, .near_given = options->near_given, .near_time = options->near_time,
-                                   .near_pivots = options->near && options->near_pivots, .budget = options->budget, .record = true, .err = err };
+                                   .near_pivots = options->near && options->near_pivots, .wait = options->near && options->near_pivots, .budget = options->budget, .record = true, .err = err };
 }
 
 static void state_clear(struct state *s)
@@ -146,6 +146,7 @@ static void state_clear(struct state *s)
     expr_facts_clear(s->facts);
     expr_cone_clear(&s->cone);
     ech_clear(&s->ech);
+    state_clear_waiting(s);
     sga_arena_end(&s->mem);
 }
 

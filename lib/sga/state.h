@@ -66,6 +66,7 @@ struct state {
     struct expr_facts *facts;             /* in mem */
     struct expr_cone cone;
     struct echelon ech;
+    struct ech_row *waiting; int waitings;      /* rows that the next elimination takes: pivots that are large where a motion is may come with its tangencies (near_pivots) */
     struct ech_context ctx;
     unsigned char *determined;            /* by variable */
     unsigned char *active; size_t active_cap;   /* by symbol: derivatives by it are asked for */
@@ -129,6 +130,7 @@ bool state_locally_constant(struct state *s, expr_id e);
  * before `from` are in the echelon form already). On the smaller set a pivot may vanish:
  * then the same rows say more there, and that belongs to the same P_g. */
 int state_generation(struct state *s, int from, int to, int g);
+void state_clear_waiting(struct state *s);
 /* s->active: by symbol, 1 for the variables; whoever makes others active says so (activated = 0). */
 void state_activate(struct state *s);
 /* What holds of e by its shape: expr_facts_of. */

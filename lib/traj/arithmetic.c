@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "charts.h"
 #include "endings.h"
 #include "flow.h"
 #include "in_double.h"
@@ -108,6 +109,10 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     struct traj_result guide = { 0 };
     struct traj_request part = *rq;
     bool ok = !rq->events || find_events(f, rq, r->initial, &guide, err), late = by_time(&guide);
+    if (ok && f->charts && (f->charts->stop || (ended_by_pivots(&guide) && charts_add(f)))) {      /* it is made once more, and its guide */
+        traj_result_clear(&guide);
+        return true;
+    }
     if (late)       /* as far as events are known */
         part.samples = guide.rows;
     ok = ok && precise_run(f, sys, sol, &part, rq->events ? &guide : NULL, limits, &reason, r, err);

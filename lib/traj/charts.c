@@ -26,9 +26,11 @@ static const double AT_ZERO = 1e-7, FIRST = 1e-6;     /* the second of the time 
 /* With a pivot so small, or so many digits lost, other pivots are looked for. */
 static const double SMALL = 0.03, POOR = 1e-10;
 /* Nothing but a pivot so small as this where the motion ended is a reason to look for others. */
-static const double AT_END = 0.02;
+static const double AT_END = 0.1;
 /* What the points and the fields of two charts may differ by where a motion goes over, where the one before has lost a digit or two. */
 static const double SAME_SET = 1e-8, SAME_FIELD = 1e-6;
+/* Where the field of the one before has lost so many digits, the two are compared as far as it has some; with none left, a field that the equations determine is the same on the same set. */
+static const double LOST_SURE = 100, NONE_LEFT = 1e-3;
 
 /* What a chart holds: the members of a flow that its reduction made. */
 struct chart {
@@ -123,13 +125,14 @@ static void set_up(struct flow *f, int k)
     sga_copy(q->chart[k].size, a->pivot_start, a->pivots);
 }
 
-/* Chart k, which is not in use, has the set and the field of the one that is at (t, x), a point of the motion. */
-static bool same_there(struct flow *f, int k, double t, const double *x)
+/* Chart k, which is not in use, has the set and the field of the one that is at (t, x), a point of the motion. lost: digits of the latter (charts_noise). */
+static bool same_there(struct flow *f, int k, double lost, double t, const double *x)
 {
     int n = f->n, from = f->charts->at;
     double *y = sga_malloc(3 * ((size_t)n + 1) * sizeof *y), *v = y + n + 1, *w = v + n + 1, moved = 0;
     memcpy(y, x, (size_t)n * sizeof *y);
-    bool ok = field_eval(&f->field, t, x, v);
+    bool known = field_eval(&f->field, t, x, v) && lost < NONE_LEFT, ok = known || !f->charts->first->free_columns;
+    double same = SAME_FIELD + LOST_SURE * lost;
     field_forget_trial(&f->field);
     go_over(f, k);
     ok = ok && (!f->manifold.c || manifold_project(&f->manifold, t, y, NULL, NULL, 8, &moved, NULL, NULL)) && moved <= SAME_SET * largest(f, y);
@@ -137,9 +140,9 @@ static bool same_there(struct flow *f, int k, double t, const double *x)
     ok = ok && num_tape_eval(f->field.direct, f->field.in, f->field.direct_out);
     field_take_sides(&f->field, t, y);
     ok = ok && field_eval(&f->field, t, y, w);
-    double size = ok ? fmax(field_size(&f->field, v), field_size(&f->field, w)) : 0;
-    for (int j = 0; j < n && ok; j++)
-        ok = fabs(v[j] - w[j]) <= SAME_FIELD * size * (f->field.unit ? f->field.unit[j] : 1);
+    double size = ok && known ? fmax(field_size(&f->field, v), field_size(&f->field, w)) : 0;
+    for (int j = 0; j < n && ok && known; j++)
+        ok = fabs(v[j] - w[j]) <= same * size * (f->field.unit ? f->field.unit[j] : 1);
     go_over(f, from);
     free(y);
     return ok;
@@ -175,7 +178,7 @@ bool charts_choose(struct flow *f, double t, double *x)
     }
     if (best < 0 && (now < SMALL || lost > POOR))
         add_ahead(f, pivot, t, x);
-    if (best < 0 || !same_there(f, best, t, x))
+    if (best < 0 || !same_there(f, best, lost, t, x))
         return false;
     SGA_RESERVE(q->change, q->change_cap, q->changes + 1);
     assert(!q->changes || fabs(t - q->start) >= fabs(q->change[q->changes - 1].t - q->start));      /* in the order of the motion */
@@ -265,7 +268,7 @@ static bool same_switches(const struct num_switches *a, const struct num_switche
 /* The two reductions say the same of the set and of what moves on it. */
 static bool same_kind(const struct sga_solution *a, const struct sga_solution *b)
 {
-    if (a->generations != b->generations || memcmp(a->dimension, b->dimension, (size_t)a->generations * sizeof *a->dimension) != 0)
+    if (!a->generations != !b->generations || (a->generations && a->dimension[a->generations - 1] != b->dimension[b->generations - 1]))
         return false;
     return a->verdict == b->verdict && a->constraints == b->constraints && a->free_columns == b->free_columns && !b->specials && a->sides == b->sides;
 }
@@ -296,6 +299,15 @@ static bool others(const struct field *a, const struct field *b)
     return a->pivots && memcmp(a->pivot_expr, b->pivot_expr, (size_t)a->pivots * sizeof *a->pivot_expr) != 0;
 }
 
+/* No chart that is there has the same pivots: one that could not be gone over to is not made again. */
+static bool is_new(const struct flow *f, const struct field *fresh)
+{
+    bool is = true;
+    for (int k = 0; k < f->charts->count && is; k++)
+        is = others(field_of(f, k), fresh);
+    return is;
+}
+
 /* A flow with the reduction whose pivots are large where one comes to 0, ready at (t, x) before that (where whole rows are 0 there is nothing to
  * be told exactly there). */
 static bool make(struct flow *f, struct chart *c, const struct sga_solution *first, const struct traj_request *rq, double zero,
@@ -313,7 +325,7 @@ static bool make(struct flow *f, struct chart *c, const struct sga_solution *fir
     c->own.field.unit = f->field.unit;
     if (c->own.manifold.c && !manifold_project(&c->own.manifold, t, x, NULL, NULL, 20, NULL, NULL, NULL))
         return false;
-    if (!field_begin(&c->own.field, t, x, &ignored) || !others(&f->field, &c->own.field) || !field_slope_init(&c->own.field, &ignored))
+    if (!field_begin(&c->own.field, t, x, &ignored) || !is_new(f, &c->own.field) || !field_slope_init(&c->own.field, &ignored))
         return false;
     c->own.field.rank = f->field.rank;
     return true;

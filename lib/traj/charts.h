@@ -47,7 +47,7 @@ bool charts_solve_at_start(const struct sys_system *sys, const struct sga_soluti
                            struct points_oracle *oracle);
 /* For a flow that is ready: its first chart, where constraints may carry pivots that come to 0. */
 void charts_init(struct flow *f, const struct sga_solution *first, const struct traj_request *rq);
-/* A chart for where the motion of this flow ended, at the last point that it took. False, and nothing is changed: what ended it is no
+/* A chart for where the motion of this flow ended, at the last point that it took (stop is set). False, and nothing is changed: what ended it is no
  * pivot that shrinks, no other pivots are there, the rank drops, or the system has switches that the charts do not share. Cost: a
  * reduction. */
 bool charts_add(struct flow *f);

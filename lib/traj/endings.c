@@ -158,3 +158,12 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         look_for_stratum(f, rq, r);
     }
 }
+
+bool ended_by_pivots(const struct traj_result *r)
+{
+    static const char *const reason[] = { "stratum", "constraint_lost", "left_domain", "blow_up", "not_smooth", "singular", "step_limit" };
+    bool may = false;
+    for (size_t k = 0; k < sizeof reason / sizeof *reason && r->ended && r->ended_event < 0; k++)
+        may |= strcmp(r->ended_reason, reason[k]) == 0;
+    return may;
+}

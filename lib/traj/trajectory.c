@@ -11,6 +11,7 @@
 #include "charts.h"
 #include "defined.h"
 #include "enclosed.h"
+#include "endings.h"
 #include "flow.h"
 #include "given_rows.h"
 #include "inputs.h"
@@ -32,16 +33,6 @@ static void keep_charts(struct flow *f, struct traj_result *r)
     r->chart = sga_calloc((size_t)q->changes + 1, sizeof *r->chart);
     for (r->charts = 0; r->charts < q->changes; r->charts++)
         r->chart[r->charts] = (struct traj_chart){ q->change[r->charts].t, charts_pivot(f, q->change + r->charts) };
-}
-
-/* It ended where other pivots may go on. */
-static bool ended_by_pivots(const struct traj_result *r)
-{
-    static const char *const reason[] = { "stratum", "constraint_lost", "left_domain", "blow_up", "not_smooth", "singular", "step_limit" };
-    bool may = false;
-    for (size_t k = 0; k < sizeof reason / sizeof *reason && r->ended && r->ended_event < 0; k++)
-        may |= strcmp(r->ended_reason, reason[k]) == 0;
-    return may;
 }
 
 static bool further(const struct traj_request *rq, const struct traj_result *next, const struct traj_result *r)
