@@ -19,6 +19,8 @@
  * for: steps times length of the field's tape, and all that implicit steps do. */
 static const double DOUBLE_REACHES = 1e-13;
 static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
+/* So many times that, where roundings end what double has. */
+static const double ROUNDED = 20;
 static const long MOST_STEPS = 300000;
 
 /* The motion in double, on which events are found before they are located in double-double. Not too tight, since what
@@ -131,6 +133,12 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     return ok;
 }
 
+/* Double alone no longer tells points of the set from others (long chains of constraints amplify its roundings). */
+static bool constraints_lost(const struct traj_result *r)
+{
+    return r->ended && strcmp(r->ended_reason, "constraint_lost") == 0;
+}
+
 /* In double-double where that was not asked for: only if it can be, and is not long. r->initial and
  * what r says of double (steps, 0 at first) are looked at. False: there is nothing in *fine. */
 static bool try_precise(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
@@ -138,21 +146,15 @@ static bool try_precise(struct flow *f, const struct sys_system *sys, const stru
 {
     const char *why;
     struct sga_error ignored = { 0 };
-    double steps = fmin((double)MOST_STEPS, MOST_LENGTH / (50 + num_tape_length(f->field.direct)));
+    double more = r->rounded ? ROUNDED : 1, steps = fmin((double)MOST_STEPS, more * MOST_LENGTH / (50 + num_tape_length(f->field.direct)));
     *fine = (struct traj_result){ .moved = r->moved };
     if (rq->events || !precise_possible(f, rq, &why) || !rq->exact_time || (double)r->steps > 4 * steps)
         return false;
     fine->initial = memcpy(sga_malloc((size_t)f->n * sizeof *fine->initial), r->initial, (size_t)f->n * sizeof *fine->initial);
-    if (precise(f, sys, sol, rq, (struct precise_limits){ (long)steps, MOST_WORK }, fine, &ignored))
+    if (precise(f, sys, sol, rq, (struct precise_limits){ (long)steps, more * MOST_WORK }, fine, &ignored))
         return true;
     traj_result_clear(fine);
     return false;
-}
-
-/* Double alone no longer tells points of the set from others (long chains of constraints amplify its roundings). */
-static bool constraints_lost(const struct traj_result *r)
-{
-    return r->ended && strcmp(r->ended_reason, "constraint_lost") == 0;
 }
 
 static bool lost_by_rounding(const struct traj_result *r, const struct traj_result *fine)

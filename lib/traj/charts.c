@@ -210,6 +210,12 @@ void charts_begin(struct flow *f)
     f->charts->changes = 0;
 }
 
+double charts_lost(struct flow *f)
+{
+    struct charts *q = f->charts;
+    return q && !q->stop && f->field.fast ? charts_noise(&q->chart[q->at].exact, &f->field, &f->manifold, f->field.home_t, f->field.home) : 0;
+}
+
 char *charts_pivot(struct flow *f, const struct charts_change *c)
 {
     return expr_text(f->sys->store, field_of(f, c->left)->pivot_expr[c->pivot], 120);

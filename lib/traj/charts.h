@@ -60,6 +60,8 @@ void charts_return(struct flow *f);
 /* The motion has come to (t, x): whether it went over to another chart, and x was moved to the set as that has it. Where a pivot is on its way to 0 and no chart is better one may be
  * added (stop). Cost: the pivots; where one is small, some evaluations in double-double. */
 bool charts_choose(struct flow *f, double t, double *x);
+/* The largest relative rounding of field and constraints in the chart in use where the motion ended (charts_noise); 0: not known. */
+double charts_lost(struct flow *f);
 /* The text of the pivot that a change left, malloced. */
 char *charts_pivot(struct flow *f, const struct charts_change *c);
 /* dX/dx in charts->pattern. */

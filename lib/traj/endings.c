@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "charts.h"
 #include "impulse.h"
 #include "leap.h"
 #include "points_space.h"
@@ -38,6 +39,8 @@ static void say_stratum(struct flow *f, struct traj_result *r)
 
 /* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
 static const double NEAR_FALL = 1e-2;
+/* Relative roundings from which on constraints are lost by them, and not by the motion. */
+static const double ROUNDED = 1e-11;
 
 /* What grows without bound may be what a stratum leaves undetermined. */
 static void look_for_stratum(struct flow *f, const struct traj_request *rq, struct traj_result *r)
@@ -130,6 +133,17 @@ static bool by_numbers(enum ode_reason reason)
     return reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH || reason == ODE_BLOW_UP || reason == ODE_STEP_LIMIT;
 }
 
+/* Nothing but roundings keeps points from the constraints, or steps from their tolerance. */
+static bool say_rounded(struct flow *f, struct traj_result *r)
+{
+    double lost = strcmp(r->arithmetic, "double") ? 0 : charts_lost(f);
+    r->rounded = lost > ROUNDED;
+    if (r->rounded)
+        snprintf(r->ended_detail, sizeof r->ended_detail, "the roundings of double grow to %.1g in the equations here, more than the tolerances allow: "
+                 "ask for the arithmetic \"double-double\", or for larger tolerances", lost);
+    return r->rounded;
+}
+
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
@@ -146,6 +160,8 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         say_given(f, r);
         return;
     }
+    if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH) && say_rounded(f, r))
+        return;
     if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
         return;
     if (reason == ODE_SINGULAR)

@@ -90,6 +90,7 @@ static bool project(void *ctx, double t, double *x, const double *scale, double 
         }
         *moved = sqrt(sum);
     }
+    f->off = !ok && f->manifold.c && manifold_residual(&f->manifold, t, x, scale, NULL) >= 0;
     f->thrown = !ok && fabs(t - f->thrown_t) <= 1e-6 * fmax(fabs(t), fabs(t - f->field.begin_t));
     *moved /= n ? sqrt(n) : 1;
     *residual = f->manifold.c ? f->manifold.raw : 0;
@@ -148,7 +149,9 @@ static enum ode_reason why(void *ctx)
     struct flow *f = ctx;
     if (f->no_value)
         return ODE_LEFT_DOMAIN;
-    if (f->given->broken >= 0 || f->thrown)
+    bool lost = f->given->broken >= 0 || f->thrown || (f->off && !f->field.rank_lost && !f->field.contradiction);
+    f->off = false;            /* of one projection */
+    if (lost)
         return ODE_CONSTRAINT_LOST;
     return f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
 }

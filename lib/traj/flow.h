@@ -41,6 +41,7 @@ struct flow {
     struct leap *leap;            /* see leap.h; or NULL */
     double thrown_t;              /* where constraints jumped last, had values, and nothing could follow, or NAN */
     bool thrown;                  /* the last projection failed, there */
+    bool off;                     /* the last projection failed where the constraints have values */
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
     struct variation_turn *turn;  /* of motions with derivatives that come to switches; or NULL */
     struct charts *charts;        /* owned; NULL: the motion has one (charts.h) */

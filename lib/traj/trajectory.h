@@ -215,6 +215,7 @@ struct traj_result {
     char **happened_digits;   /* as digits below: happened x (1 + columns), time first; or NULL */
     struct traj_drift *drift; /* by integral of the request; NULL: not computed */
     int ended_event;          /* that stopped it, or -1 */
+    bool rounded;             /* it ended where roundings of double had grown, for them perhaps: longer numbers tell */
     bool out_of_time;         /* rows_until has come, or the motion ended for it */
     const char *shortfall;    /* why estimates exceed rtol |value| + atol somewhere, static; NULL where none does */
     bool beside;              /* only columns that the request calls so do: longer numbers are not tried */

@@ -65,6 +65,11 @@ static void exact_values(struct job *j, struct traj_request *r)
     r->exact_time = time;
 }
 
+static bool better(const struct traj_result *next, const struct traj_result *r)
+{
+    return !r->rounded || !next->ended || next->rows >= r->rows;
+}
+
 /* Where double turns out not to suffice, exact values are made after all, and longer numbers are tried. */
 static bool integrate(struct job *j, const struct sga_solution *solution, struct traj_request *r)
 {
@@ -73,15 +78,20 @@ static bool integrate(struct job *j, const struct sga_solution *solution, struct
         j->trajectory = NULL;
         return false;
     }
-    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !j->trajectory->shortfall || j->trajectory->beside || j->trajectory->out_of_time)
+    struct traj_result *t = j->trajectory;
+    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !(t->shortfall || t->rounded) || t->beside || t->out_of_time)
         return true;
     struct traj_result again;
     struct sga_error ignored = { 0 };
     exact_values(j, r);
+    r->arithmetic = t->rounded ? TRAJ_DOUBLE_DOUBLE : TRAJ_AUTO;
     if (expr_store_ok(&j->request->store) && answer_integrate(j, solution, r, &again, &ignored)) {
-        traj_result_clear(j->trajectory);
-        *j->trajectory = again;
+        struct traj_result *worse = better(&again, t) ? t : &again;
+        traj_result_clear(worse);
+        if (worse == t)
+            *t = again;
     }
+    r->arithmetic = TRAJ_AUTO;
     return job_goes_on(j);
 }
 
