@@ -204,7 +204,7 @@ bool request_read(struct request *r, const char *text, size_t length, struct sga
 bool request_sane(const struct request *r)
 {
     const struct request_trajectory *t = &r->trajectory;
-    bool sane = sys_sane(&r->system) && (!r->sweeps || r->want & REQUEST_TRAJECTORY) && r->accuracy.rtol > 0 && r->accuracy.atol > 0;
+    bool sane = sys_sane(&r->system) && (!r->sweeps || r->want & REQUEST_OF_SETS) && r->accuracy.rtol > 0 && r->accuracy.atol > 0;
     for (int i = 0; i < t->initials && sane; i++)
         sane = t->initial[i].variable > (i ? t->initial[i - 1].variable : -1) && t->initial[i].variable < r->system.variables;
     for (int i = 0; i < t->rates && sane; i++)
@@ -313,7 +313,8 @@ bool request_read_all(struct request *r, const char *text, size_t length, struct
     return ok || (bounds->met && !faults->count);
 }
 
-bool request_plain(const char *text, size_t length, struct sga_buf *out, struct sga_error *err)
+/* The request written out, or the set of its sweep alone (-1: the whole). */
+static bool plain_of(const char *text, size_t length, int set, struct sga_buf *out, struct sga_error *err)
 {
     struct request r;
     struct sga_error own = { 0 };
@@ -322,6 +323,11 @@ bool request_plain(const char *text, size_t length, struct sga_buf *out, struct 
     r.store.seconds = r.limits.seconds;
     r.store.deadline = sga_now() + r.limits.seconds;
     json_t *v = load_json(text, length, rd.err), *plain = v ? write_out(&rd, v) : NULL;
+    if (plain && set >= 0) {
+        json_t *alone = sweep_set_alone(plain, set);
+        json_decref(plain);
+        plain = alone;
+    }
     if (plain == v && v)
         sga_buf_put(out, text, length);
     else if (plain)
@@ -334,6 +340,17 @@ bool request_plain(const char *text, size_t length, struct sga_buf *out, struct 
     sga_arena_end(&rd.mem);
     request_clear(&r);
     return plain != NULL;
+}
+
+bool request_plain(const char *text, size_t length, struct sga_buf *out, struct sga_error *err)
+{
+    return plain_of(text, length, -1, out, err);
+}
+
+bool request_set_alone(const char *text, size_t length, int set, struct sga_buf *out, struct sga_error *err)
+{
+    assert(set >= 0);
+    return plain_of(text, length, set, out, err);
 }
 
 void request_clear(struct request *r)

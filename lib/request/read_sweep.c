@@ -68,6 +68,32 @@ static bool read_values(struct reader *rd, const json_t *v, struct request_sweep
     return true;
 }
 
+/* The values of `from` go into request.within.name. */
+static void put_values(json_t *request, const char *within, const char *name, json_t *from)
+{
+    json_t *in = json_object_get(request, within), *to = json_object_get(in, name);
+    if (!json_is_object(from))
+        return;
+    if (!in)
+        json_object_set_new(request, within, in = json_object());
+    if (!to)
+        json_object_set_new(in, name, to = json_object());
+    json_object_update(to, from);
+}
+
+json_t *sweep_set_alone(const json_t *request, int k)
+{
+    json_t *alone = json_deep_copy(request), *set = json_array_get(json_object_get(alone, "sweep"), (size_t)k);
+    if (!json_is_object(set)) {
+        json_decref(alone);
+        return NULL;
+    }
+    put_values(alone, "system", "parameters", json_object_get(set, "parameters"));
+    put_values(alone, "trajectory", "initial", json_object_get(set, "initial"));
+    json_object_del(alone, "sweep");
+    return alone;
+}
+
 bool read_sweep_parameters(struct reader *rd, const json_t *v)
 {
     struct request *r = rd->r;
@@ -165,8 +191,8 @@ static bool read_member(struct reader *rd, const json_t *v, unsigned char *taken
 bool read_sweep(struct reader *rd, const json_t *v)
 {
     size_t mark = at_member(rd, "sweep");
-    if (!(rd->r->want & REQUEST_TRAJECTORY))
-        return at_fail(rd, SGA_E_SCHEMA, "a sweep is one of trajectories, which are not wanted");
+    if (!(rd->r->want & REQUEST_OF_SETS))
+        return at_fail(rd, SGA_E_SCHEMA, "a sweep is one of trajectories, linearizations, transfer matrices, equilibria or fits, and none of them is wanted");
     if (json_array_size(v) * (size_t)(rd->r->trajectory.initials + 1) > MOST_VALUES)
         return at_fail(rd, SGA_E_SCHEMA, "%zu sets with %d values from trajectory.initial are too many; the limit is %d values",
                        json_array_size(v), rd->r->trajectory.initials, MOST_VALUES);

@@ -33,6 +33,8 @@ enum request_want {
     REQUEST_WANT_TABLE(X)
 #undef X
 };
+/* What is made for each set of a sweep. */
+enum { REQUEST_OF_SETS = REQUEST_TRAJECTORY | REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA | REQUEST_FIT };
 const char *request_want_text(int place);      /* 0 <= place < REQUEST_WANTS */
 
 /* What repeats in lists of the answer is said once: in long ones, wherever it can be, never. */
@@ -351,6 +353,8 @@ bool request_canonical(const char *text, size_t length, struct sga_buf *out, str
 /* The request with its ranges and loops written out, appended to out: the text itself where it has none, otherwise compact JSON with
  * members in their order. What is no request but for that is not looked at. */
 bool request_plain(const char *text, size_t length, struct sga_buf *out, struct sga_error *err);
+/* The same of one set of its sweep, without a sweep: the set's values stand in system.parameters and trajectory.initial. */
+bool request_set_alone(const char *text, size_t length, int set, struct sga_buf *out, struct sga_error *err);
 
 /* Limits that a request may not pass. */
 enum {

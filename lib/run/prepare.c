@@ -77,13 +77,6 @@ static bool check_wants(struct job *j)
     if (j->request->want & REQUEST_TRADEOFF && j->request->sweeps)
         return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "a tradeoff is measured on one motion; leave out \"sweep\", or "
                            "send a request of its own");
-    if (j->request->want & REQUEST_FIT && j->request->sweeps)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "a fit has its own starts and experiments; leave out \"sweep\"");
-    if (j->request->trajectory.sensitivities.has && j->request->sweeps)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sensitivities", "sensitivities are those of one motion; leave out \"sweep\", or send a request for each set");
-    if (j->request->want & (REQUEST_LINEARIZATION | REQUEST_TRANSFER | REQUEST_EQUILIBRIA) && j->request->sweeps)
-        return sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/want", "beside a sweep there is no one linearization, transfer matrix or set of equilibria; leave out \"sweep\", or send a request "
-                           "for each set");
     if (!check_sets(j) || !check_sliding(j))
         return false;
     const struct request_trajectory *t = &j->request->trajectory;

@@ -9,6 +9,7 @@
 #include "properties.h"
 #include "reduce.h"
 #include "request.h"
+#include "sets.h"
 #include "strata.h"
 #include "texts.h"
 #include "vary.h"
@@ -40,22 +41,22 @@ static bool wants_kronecker(const struct job *j)
 
 static bool wants_linearization(const struct job *j)
 {
-    return j->request->want & REQUEST_LINEARIZATION && !j->place.depth;
+    return j->request->want & REQUEST_LINEARIZATION && !j->place.depth && !j->request->sweeps;
 }
 
 static bool wants_transfer(const struct job *j)
 {
-    return j->request->want & REQUEST_TRANSFER && !j->place.depth;
+    return j->request->want & REQUEST_TRANSFER && !j->place.depth && !j->request->sweeps;
 }
 
 static bool wants_equilibria(const struct job *j)
 {
-    return j->request->want & REQUEST_EQUILIBRIA && !j->place.depth;
+    return j->request->want & REQUEST_EQUILIBRIA && !j->place.depth && !j->request->sweeps;
 }
 
 static bool wants_sensitivities(const struct job *j)
 {
-    return j->request->want & REQUEST_TRAJECTORY && j->request->trajectory.sensitivities.has && !j->place.depth;
+    return j->request->want & REQUEST_TRAJECTORY && j->request->trajectory.sensitivities.has && !j->place.depth && !j->request->sweeps;
 }
 
 static bool wants_derivation(const struct job *j)
@@ -65,7 +66,7 @@ static bool wants_derivation(const struct job *j)
 
 static bool wants_fit(const struct job *j)
 {
-    return j->request->want & REQUEST_FIT && !j->place.depth;
+    return j->request->want & REQUEST_FIT && !j->place.depth && !j->request->sweeps;
 }
 
 static bool wants_dirac(const struct job *j)
@@ -93,6 +94,7 @@ const struct job_stage job_stages[] = {
     { "linearization", 0.9, true, wants_linearization, answer_linearization, answer_ask_clear },
     { "transfer",   -1,   true,  wants_transfer,   answer_transfer,          NULL },
     { "equilibria", -1,   true,  wants_equilibria, answer_equilibria,        NULL },
+    { "sets",       0.9,  true,  answer_sets_are_asked, answer_sets,         answer_sets_clear },
     { "trajectory", -1,   true,  NULL,             answer_strata_solve,      NULL },
     { 0 },
 };

@@ -140,6 +140,11 @@ class Result(Mapping[str, Any]):
         """Those of a sweep, in its order."""
         return [Trajectory(t) for t in self.data.get("trajectories", [])]
 
+    @property
+    def sets(self) -> List[Dict[str, Any]]:
+        """What else was asked of the sets of a sweep, in its order: `parameters` where they are swept, and `linearization`, `transfer`, `equilibria`, `fit`, `sensitivities`, or `error`."""
+        return list(self.data.get("sets", []))
+
     # -- Numbers --
 
     def _time(self) -> str:

@@ -131,6 +131,7 @@ struct job {
         void (*end)(struct slides *s, bool ok);
     } slides;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
+    char *sets;                   /* JSON: what else is asked at each set of a sweep, or NULL */
     char *sensitivities;          /* JSON: the member of the trajectory, or NULL */
     char *fit;                    /* JSON: the member, or NULL */
     struct tradeoff *tradeoff;

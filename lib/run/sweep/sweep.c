@@ -35,7 +35,7 @@ static bool one_for_all(struct job *j, const struct sga_solution *s)
 }
 
 /* What a member of the result begins with, where parameters are swept. */
-static void write_set(const struct job *j, const struct request_sweep *m, const char *analysis, struct sga_json *w)
+void sweep_write_set(const struct job *j, const struct request_sweep *m, const char *analysis, struct sga_json *w)
 {
     const struct request *r = j->request;
     if (!r->swept_count)
@@ -49,10 +49,10 @@ static void write_set(const struct job *j, const struct request_sweep *m, const 
         sga_json_member_string(w, "analysis", analysis);
 }
 
-static void write_error(const struct job *j, const struct request_sweep *m, struct sga_json *w, const struct sga_error *e)
+void sweep_write_error(const struct job *j, const struct request_sweep *m, struct sga_json *w, const struct sga_error *e)
 {
     sga_json_object(w);
-    write_set(j, m, NULL, w);
+    sweep_write_set(j, m, NULL, w);
     sga_json_key(w, "error");
     sga_json_object(w);
     sga_json_member_string(w, "code", sga_code_text(e->code));
@@ -128,13 +128,13 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     t->initials = m->initials;
     if (ok && found) {
         sga_json_object(w);
-        write_set(j, m, analysis, w);
+        sweep_write_set(j, m, analysis, w);
         left->moved += answer_start_moved(j, j->trajectory->initial);
         left->found++;
         ok = answer_write_motion(j, w);
     } else if (ok) {
         left->late |= err.code == SGA_E_LIMIT_SECONDS;
-        write_error(j, m, w, &err);
+        sweep_write_error(j, m, w, &err);
     }
     t->initial = keep;
     t->initials = keeps;
@@ -149,19 +149,19 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
 /* Of what is kept for writing, the part that members may take for what is bounded by no rows (analyses of their own). */
 static const double ENDING_PART = 0.5;
 
-static bool too_short(struct job *j)
+bool sweep_too_short(struct job *j)
 {
-    return sga_fail(j->err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds ended before any set had a motion; raise limits.seconds", j->budget->seconds);
+    return sga_fail(j->err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds ended before any set had what is wanted; raise limits.seconds", j->budget->seconds);
 }
 
 /* The time ended in a member (*why), or before it: it says so. False: that is no answer, as nothing had a motion before. */
 static bool late(struct job *j, const struct request_sweep *m, struct sga_error *why, const struct sweep_left *left, struct sga_json *w)
 {
     if (!left->found)
-        return too_short(j);
+        return sweep_too_short(j);
     if (why->code != SGA_E_LIMIT_SECONDS)
         sga_fail(why, SGA_E_LIMIT_SECONDS, "the limit of %g seconds ended before this set was begun; raise limits.seconds, or send fewer sets", j->budget->seconds);
-    write_error(j, m, w, why);
+    sweep_write_error(j, m, w, why);
     return answer_fits(j, w->out);
 }
 
@@ -224,5 +224,5 @@ bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj
     num_jet_programs_free(sweep.request.programs);
     if (left.moved)
         sga_warn(j->budget, SGA_W_START_MOVED, "/sweep", "the starts of %d set%s were moved onto the constraints", left.moved, left.moved > 1 ? "s" : "");
-    return j->sweep && (left.found || !left.late || too_short(j));
+    return j->sweep && (left.found || !left.late || sweep_too_short(j));
 }

@@ -6,7 +6,9 @@
 
 struct job;
 struct modes;
+struct request_sweep;
 struct sga_error;
+struct sga_json;
 struct sga_solution;
 struct sys_system;
 struct traj_request;
@@ -24,5 +26,11 @@ struct sweep_modes {
 /* Runs the members of the request's sweep, everything but the start as in `request`, into
  * j->sweep; A member without a trajectory says why; false where the job cannot go on. */
 bool answer_sweep(struct job *j, const struct sga_solution *solution, const struct traj_request *request, struct sweep_modes modes);
+
+/* What a member begins with, where parameters are swept: their values, and from which analysis (NULL: not said). A member that has an error. */
+void sweep_write_set(const struct job *j, const struct request_sweep *m, const char *analysis, struct sga_json *w);
+void sweep_write_error(const struct job *j, const struct request_sweep *m, struct sga_json *w, const struct sga_error *e);
+/* The time ended before any set had what is wanted: false, with j->err. */
+bool sweep_too_short(struct job *j);
 
 #endif

@@ -317,6 +317,10 @@ bool answer_write(struct job *j, struct sga_buf *out)
         answer_write_symmetries(j, w);
     if (!write_motion(j->part ? j->part : j, w))
         return false;
+    if (j->sets) {
+        sga_json_key(w, "sets");
+        sga_json_raw(w, j->sets, strlen(j->sets));
+    }
     if (j->fit) {
         sga_json_key(w, "fit");
         sga_json_raw(w, j->fit, strlen(j->fit));

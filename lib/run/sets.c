@@ -1,0 +1,93 @@
+/* What is asked at each set of a sweep beside its trajectory. See sets.h. */
+#include "sets.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ask.h"
+#include "budget.h"
+#include "buf.h"
+#include "request.h"
+#include "run_job.h"
+#include "set_job.h"
+#include "sweep.h"
+#include "sweep_team.h"
+#include "write.h"
+
+static const unsigned ASKED = REQUEST_OF_SETS & ~(unsigned)REQUEST_TRAJECTORY;
+
+/* Sensitivities are those of a motion of the set's own. */
+static unsigned asked(const struct job *j)
+{
+    unsigned motion = j->request->want & REQUEST_TRAJECTORY && j->request->trajectory.sensitivities.has ? REQUEST_TRAJECTORY : 0;
+    return (j->request->want & ASKED) | motion;
+}
+
+bool answer_sets_are_asked(const struct job *j)
+{
+    return j->request->sweeps && asked(j) && !j->place.depth;
+}
+
+static void write_raw(struct sga_json *w, const char *name, const char *text, size_t length)
+{
+    if (!length)
+        return;
+    sga_json_key(w, name);
+    sga_json_raw(w, text, length);
+}
+
+static void write_asked(const struct job *own, struct sga_json *w)
+{
+    if (own->fit)
+        write_raw(w, "fit", own->fit, strlen(own->fit));
+    if (own->sensitivities)
+        write_raw(w, "sensitivities", own->sensitivities, strlen(own->sensitivities));
+    if (!own->ask)
+        return;
+    write_raw(w, "linearization", own->ask->linearization.data, own->ask->linearization.len);
+    write_raw(w, "transfer", own->ask->transfer.data, own->ask->transfer.len);
+    write_raw(w, "equilibria", own->ask->equilibria.data, own->ask->equilibria.len);
+}
+
+static char *make_set(void *of, int set, struct sweep_left *left)
+{
+    struct job *j = of;
+    const struct request_sweep *m = j->request->sweep + set;
+    struct sga_buf out = { 0 };
+    struct sga_json w;
+    struct set_job s;
+    bool ok = set_job_run(&s, j, set, asked(j));
+    sga_json_begin(&w, &out);
+    if (ok) {
+        sga_json_object(&w);
+        sweep_write_set(j, m, NULL, &w);
+        write_asked(&s.job, &w);
+        sga_json_end_object(&w);
+        left->found++;
+    } else {
+        left->late |= s.err.code == SGA_E_LIMIT_SECONDS;
+        sweep_write_error(j, m, &w, &s.err);
+    }
+    bool goes_on = (s.err.code == SGA_E_LIMIT_SECONDS && left->found) || job_goes_on(j);      /* where the time ended, the sets that are left say so */
+    set_job_end(&s);
+    if (goes_on)
+        return sga_buf_take(&out);
+    sga_buf_free(&out);
+    return NULL;
+}
+
+bool answer_sets(struct job *j)
+{
+    struct sweep_left left = { 0 };
+    double deadline = job_shorten(j);
+    bool alone = j->request->want & REQUEST_TRAJECTORY;        /* others help with that */
+    j->sets = sweep_all(j, j->request->sweeps, alone, (struct sweep_maker){ j, make_set }, &left);
+    j->budget->deadline = deadline;
+    return j->sets && (left.found || !left.late || sweep_too_short(j));
+}
+
+void answer_sets_clear(struct job *j)
+{
+    free(j->sets);
+}
