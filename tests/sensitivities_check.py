@@ -166,7 +166,6 @@ REFUSED = [
     ("jumps in double-double, by implicit steps", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy={**DD, "method": "radau"}), "not_supported",
      "/accuracy/arithmetic"),
     ("a start at the middle of a circle", request(PENDULUM, {"x": 0, "y": 0}, 1, ["L"], ["x"]), "inconsistent_initial", "/trajectory/initial"),
-    ("a sweep", request(DECAY, {"x": 1}, 1, ["k"]) | {"sweep": [{"initial": {"x": 2}}]}, "not_supported", "/trajectory/sensitivities"),
 ]
 
 

@@ -17,6 +17,7 @@ bool set_job_run(struct set_job *s, struct job *of, int k, unsigned want)
     s->job.request_text = s->text.data;
     s->job.request_length = s->text.len;
     r->want &= want;
+    r->strata = false;
     r->store.max_nodes = of->request->store.max_nodes;
     r->store.deadline = of->request->store.deadline;
     r->store.seconds = of->request->store.seconds;
