@@ -9,7 +9,8 @@ bool set_job_run(struct set_job *s, struct job *of, int k, unsigned want)
 {
     assert(k >= 0 && k < of->request->sweeps);
     struct request *r = &s->request;
-    *s = (struct set_job){ .job = { .request = r, .host = { .most_result = of->host.most_result }, .stages = of->stages, .stage = of->stage, .budget = of->budget, .clock = of->clock } };
+    *s = (struct set_job){ .job = { .request = r, .host = { .most_result = of->host.most_result }, .stages = of->stages, .stage = of->stage, .budget = of->budget, .clock = of->clock,
+                                    .one_of_many = true } };
     s->job.warnings = &s->warnings;
     s->job.err = &s->err;
     if (!request_set_alone(of->request_text, of->request_length, k, &s->text, &s->err) || !request_read(r, s->text.data, s->text.len, &s->err))

@@ -50,6 +50,13 @@ static void write_asked(const struct job *own, struct sga_json *w)
     write_raw(w, "equilibria", own->ask->equilibria.data, own->ask->equilibria.len);
 }
 
+/* Sensitivities are left out of an answer that has a motion, where there is no time for them: here they are what is asked. */
+static bool is_whole(struct set_job *s, unsigned want)
+{
+    return !(want & REQUEST_TRAJECTORY) || s->job.sensitivities
+           || sga_fail(&s->err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds ended before this set had its sensitivities; raise limits.seconds, or send fewer sets", s->job.budget->seconds);
+}
+
 static char *make_set(void *of, int set, struct sweep_left *left)
 {
     struct job *j = of;
@@ -57,7 +64,7 @@ static char *make_set(void *of, int set, struct sweep_left *left)
     struct sga_buf out = { 0 };
     struct sga_json w;
     struct set_job s;
-    bool ok = set_job_run(&s, j, set, asked(j));
+    bool ok = set_job_run(&s, j, set, asked(j)) && is_whole(&s, asked(j));
     sga_json_begin(&w, &out);
     if (ok) {
         sga_json_object(&w);
@@ -83,8 +90,13 @@ bool answer_sets(struct job *j)
     double deadline = job_shorten(j);
     bool alone = j->request->want & REQUEST_TRAJECTORY;        /* others help with that */
     j->sets = sweep_all(j, j->request->sweeps, alone, (struct sweep_maker){ j, make_set }, &left);
+    bool ok = j->sets && (left.found || !left.late || sweep_too_short(j));
     j->budget->deadline = deadline;
-    return j->sets && (left.found || !left.late || sweep_too_short(j));
+    if (ok || !j->sweep || !job_leaves_out(j, deadline, "/want", "what is asked at the sets"))
+        return ok;
+    free(j->sets);             /* trajectories are there */
+    j->sets = NULL;
+    return true;
 }
 
 void answer_sets_clear(struct job *j)

@@ -106,6 +106,8 @@ static const double ENDING_SECONDS = 1;
 void job_ends(struct job *j)
 {
     assert(j->budget->deadline > 0);
+    if (j->one_of_many)
+        return;
     j->budget->deadline = fmax(j->budget->deadline, sga_now() + ENDING_SECONDS);
     j->request->store.deadline = j->budget->deadline;
 }

@@ -131,6 +131,7 @@ struct job {
         void (*end)(struct slides *s, bool ok);
     } slides;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
+    bool one_of_many;             /* its time is what others have left: it is not extended (job_ends) */
     char *sets;                   /* JSON: what else is asked at each set of a sweep, or NULL */
     char *sensitivities;          /* JSON: the member of the trajectory, or NULL */
     char *fit;                    /* JSON: the member, or NULL */
