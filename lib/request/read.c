@@ -5,6 +5,7 @@
 
 #include "budget.h"
 #include "form.h"
+#include "mem.h"
 #include "reader.h"
 #include "table.h"
 
@@ -313,8 +314,8 @@ bool request_read_all(struct request *r, const char *text, size_t length, struct
     return ok || (bounds->met && !faults->count);
 }
 
-/* The request written out, or the set of its sweep alone (-1: the whole). */
-static bool plain_of(const char *text, size_t length, int set, struct sga_buf *out, struct sga_error *err)
+/* The text, and the same with ranges and loops written out (the same object where there are none; NULL: err). Both are the caller's. */
+static json_t *plain_of(const char *text, size_t length, json_t **as_it_stands, struct sga_error *err)
 {
     struct request r;
     struct sga_error own = { 0 };
@@ -323,34 +324,59 @@ static bool plain_of(const char *text, size_t length, int set, struct sga_buf *o
     r.store.seconds = r.limits.seconds;
     r.store.deadline = sga_now() + r.limits.seconds;
     json_t *v = load_json(text, length, rd.err), *plain = v ? write_out(&rd, v) : NULL;
-    if (plain && set >= 0) {
-        json_t *alone = sweep_set_alone(plain, set);
-        json_decref(plain);
-        plain = alone;
-    }
-    if (plain == v && v)
-        sga_buf_put(out, text, length);
-    else if (plain)
-        write_json(out, plain);
     if (rd.written)
         written_end(rd.written);
-    json_decref(plain);
-    json_decref(v);
     sga_buf_free(&rd.at);
     sga_arena_end(&rd.mem);
     request_clear(&r);
-    return plain != NULL;
+    *as_it_stands = v;
+    return plain;
 }
 
 bool request_plain(const char *text, size_t length, struct sga_buf *out, struct sga_error *err)
 {
-    return plain_of(text, length, -1, out, err);
+    json_t *v, *plain = plain_of(text, length, &v, err);
+    if (plain == v && v)
+        sga_buf_put(out, text, length);
+    else if (plain)
+        write_json(out, plain);
+    json_decref(plain);
+    json_decref(v);
+    return plain != NULL;
 }
 
-bool request_set_alone(const char *text, size_t length, int set, struct sga_buf *out, struct sga_error *err)
+/* A request without its sweep, and that. */
+struct request_sets { json_t *alone, *set; };
+
+struct request_sets *request_sets_new(const char *text, size_t length, struct sga_error *err)
 {
-    assert(set >= 0);
-    return plain_of(text, length, set, out, err);
+    json_t *v, *plain = plain_of(text, length, &v, err);
+    struct request_sets *s = plain ? sga_calloc(1, sizeof *s) : NULL;
+    if (s) {
+        s->alone = json_copy(plain);
+        s->set = json_incref(json_object_get(plain, "sweep"));
+        json_object_del(s->alone, "sweep");
+    }
+    json_decref(plain);
+    json_decref(v);
+    return s;
+}
+
+void request_sets_text(const struct request_sets *s, int k, struct sga_buf *out)
+{
+    assert(k >= 0 && (size_t)k < json_array_size(s->set));
+    json_t *one = sweep_set_alone(s->alone, json_array_get(s->set, (size_t)k));
+    write_json(out, one);
+    json_decref(one);
+}
+
+void request_sets_free(struct request_sets *s)
+{
+    if (!s)
+        return;
+    json_decref(s->alone);
+    json_decref(s->set);
+    free(s);
 }
 
 void request_clear(struct request *r)

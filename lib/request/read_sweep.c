@@ -81,16 +81,11 @@ static void put_values(json_t *request, const char *within, const char *name, js
     json_object_update(to, from);
 }
 
-json_t *sweep_set_alone(const json_t *request, int k)
+json_t *sweep_set_alone(const json_t *request, const json_t *set)
 {
-    json_t *alone = json_deep_copy(request), *set = json_array_get(json_object_get(alone, "sweep"), (size_t)k);
-    if (!json_is_object(set)) {
-        json_decref(alone);
-        return NULL;
-    }
+    json_t *alone = json_deep_copy(request);
     put_values(alone, "system", "parameters", json_object_get(set, "parameters"));
     put_values(alone, "trajectory", "initial", json_object_get(set, "initial"));
-    json_object_del(alone, "sweep");
     return alone;
 }
 

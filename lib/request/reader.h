@@ -128,8 +128,8 @@ bool read_ports(struct reader *rd, const json_t *v, struct request_ports *ports)
 bool read_sweep_names(struct reader *rd, const json_t *v);
 bool read_sweep_parameters(struct reader *rd, const json_t *v);
 bool read_sweep(struct reader *rd, const json_t *v);
-/* The request as that of set k alone: its values in system.parameters and trajectory.initial, and no sweep. A new reference; NULL: there is no such set. */
-json_t *sweep_set_alone(const json_t *request, int k);
+/* The request, which has no sweep, with a set's values in system.parameters and trajectory.initial. A new reference. */
+json_t *sweep_set_alone(const json_t *request, const json_t *set);
 /* While initial values are read, swept parameters are numbers: those of set k, or (k < 0) of system.parameters, where
  * they have a value there, and otherwise of the first set. */
 void sweep_bind(struct reader *rd, int k);

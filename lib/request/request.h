@@ -353,8 +353,12 @@ bool request_canonical(const char *text, size_t length, struct sga_buf *out, str
 /* The request with its ranges and loops written out, appended to out: the text itself where it has none, otherwise compact JSON with
  * members in their order. What is no request but for that is not looked at. */
 bool request_plain(const char *text, size_t length, struct sga_buf *out, struct sga_error *err);
-/* The same of one set of its sweep, without a sweep: the set's values stand in system.parameters and trajectory.initial. */
-bool request_set_alone(const char *text, size_t length, int set, struct sga_buf *out, struct sga_error *err);
+/* The sets of a request's sweep as texts of requests of their own, which have no sweep: a set's values stand in system.parameters and trajectory.initial. NULL with err; to be freed.
+ * Cost: the text once; of each set's text what that is long. */
+struct request_sets;
+struct request_sets *request_sets_new(const char *text, size_t length, struct sga_error *err);
+void request_sets_text(const struct request_sets *s, int k, struct sga_buf *out);
+void request_sets_free(struct request_sets *s);
 
 /* Limits that a request may not pass. */
 enum {

@@ -5,7 +5,7 @@
 
 #include "stage_list.h"
 
-bool set_job_run(struct set_job *s, struct job *of, int k, unsigned want)
+bool set_job_run(struct set_job *s, struct job *of, const struct request_sets *texts, int k, unsigned want)
 {
     assert(k >= 0 && k < of->request->sweeps);
     struct request *r = &s->request;
@@ -13,7 +13,8 @@ bool set_job_run(struct set_job *s, struct job *of, int k, unsigned want)
                                     .one_of_many = true } };
     s->job.warnings = &s->warnings;
     s->job.err = &s->err;
-    if (!request_set_alone(of->request_text, of->request_length, k, &s->text, &s->err) || !request_read(r, s->text.data, s->text.len, &s->err))
+    request_sets_text(texts, k, &s->text);
+    if (!request_read(r, s->text.data, s->text.len, &s->err))
         return false;
     s->job.request_text = s->text.data;
     s->job.request_length = s->text.len;

@@ -17,8 +17,8 @@ struct set_job {
 };
 
 /* Set k of the sweep of `of`, run for these wants as a request without a sweep; what it has is s->job's until set_job_end, which is due in any case. False: s->err says why (the job may go
- * on with the next set). Cost: the request read once more, its own reduction, what is wanted. */
-bool set_job_run(struct set_job *s, struct job *of, int k, unsigned want);
+ * on with the next set). texts: of all sets. Cost: the set's request read, its own reduction, what is wanted. */
+bool set_job_run(struct set_job *s, struct job *of, const struct request_sets *texts, int k, unsigned want);
 void set_job_end(struct set_job *s);
 
 #endif

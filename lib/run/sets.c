@@ -57,14 +57,17 @@ static bool is_whole(struct set_job *s, unsigned want)
            || sga_fail(&s->err, SGA_E_LIMIT_SECONDS, "the limit of %g seconds ended before this set had its sensitivities; raise limits.seconds, or send fewer sets", s->job.budget->seconds);
 }
 
+struct sets { struct job *j; struct request_sets *text; };
+
 static char *make_set(void *of, int set, struct sweep_left *left)
 {
-    struct job *j = of;
+    const struct sets *all = of;
+    struct job *j = all->j;
     const struct request_sweep *m = j->request->sweep + set;
     struct sga_buf out = { 0 };
     struct sga_json w;
     struct set_job s;
-    bool ok = set_job_run(&s, j, set, asked(j)) && is_whole(&s, asked(j));
+    bool ok = set_job_run(&s, j, all->text, set, asked(j)) && is_whole(&s, asked(j));
     sga_json_begin(&w, &out);
     if (ok) {
         sga_json_object(&w);
@@ -89,7 +92,9 @@ bool answer_sets(struct job *j)
     struct sweep_left left = { 0 };
     double deadline = job_shorten(j);
     bool alone = j->request->want & REQUEST_TRAJECTORY;        /* others help with that */
-    j->sets = sweep_all(j, j->request->sweeps, alone, (struct sweep_maker){ j, make_set }, &left);
+    struct sets all = { j, request_sets_new(j->request_text, j->request_length, j->err) };
+    j->sets = all.text ? sweep_all(j, j->request->sweeps, alone, (struct sweep_maker){ &all, make_set }, &left) : NULL;
+    request_sets_free(all.text);
     bool ok = j->sets && (left.found || !left.late || sweep_too_short(j));
     j->budget->deadline = deadline;
     if (ok || !j->sweep || !job_leaves_out(j, deadline, "/want", "what is asked at the sets"))
