@@ -92,10 +92,11 @@ static void child_died(struct worker *w, struct job *job)
 {
     char how[128] = "unknown", detail[400];
     int status = child_end(&w->child, how, sizeof how);
-    metrics_add(w->metrics, METRIC_CHILD_DEATHS);
     log_event(LOG_L_WARN, "child_died", "job", job_id(job), "how", how,
               "said", *w->child.said ? w->child.said : NULL, NULL);
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL && jobs_try_again(w->jobs, job))
+    bool again = WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL && jobs_try_again(w->jobs, job);
+    metrics_add(w->metrics, METRIC_CHILD_DEATHS);      /* whoever sees it counted sees the job waiting again */
+    if (again)
         return;
     snprintf(detail, sizeof detail, "The process that ran the job ended by %s, most often because the computation "
              "needed more memory than it may have. Ask for less in `want`, or for fewer samples.", how);
