@@ -3,6 +3,7 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arb_ends.h"
 #include "arena.h"
@@ -37,7 +38,7 @@ void points_branches_at(struct points_branches *b, const struct points_space *s,
 void points_branches_init(struct points_branches *b, const struct points_space *s)
 {
     expr_cone_init(&b->cone);
-    b->now = b->before = NULL;
+    b->now = b->before = b->guess = NULL;
     b->asked = s->same_branches && s->near && s->constraints;
     if (!b->asked)
         return;
@@ -49,16 +50,35 @@ void points_branches_init(struct points_branches *b, const struct points_space *
     }
     b->now = sga_calloc((size_t)b->cone.count + 1, 1);
     b->before = sga_calloc((size_t)b->cone.count + 1, 1);
+    b->guess = sga_calloc((size_t)b->cone.count + 1, 1);
+}
+
+static void put_in(const struct points_space *s, struct points_point *p, const double *x, double t)
+{
+    for (int j = 0; j < s->variables; j++)
+        num_ball_set_d(&p->ball, s->variable[j], x[j]);
+    if (s->time >= 0)
+        num_ball_set_d(&p->ball, s->time, t);
+}
+
+void points_branches_at_guess(struct points_branches *b, const struct points_space *s, struct points_point *p)
+{
+    put_in(s, p, s->near, s->near_time);
+    points_branches_at(b, s, p);
+    memcpy(b->guess, b->now, (size_t)b->cone.count);
+    put_in(s, p, p->x, p->t);
 }
 
 bool points_branches_kept(struct points_branches *b, const struct points_space *s, struct points_point *p)
 {
     assert(!b->cone.count || (b->now && b->before));
     points_branches_at(b, s, p);
-    for (int k = 0; k < b->cone.count; k++)
-        if (b->before[k] && b->before[k] != b->now[k])
-            return false;
-    return true;
+    bool kept = true;
+    for (int k = 0; k < b->cone.count; k++) {
+        signed char asked = b->guess[k] ? b->guess[k] : b->before[k];
+        kept &= !asked || asked == b->now[k];
+    }
+    return kept;
 }
 
 void points_branches_clear(struct points_branches *b)
@@ -66,4 +86,5 @@ void points_branches_clear(struct points_branches *b)
     expr_cone_clear(&b->cone);
     free(b->now);
     free(b->before);
+    free(b->guess);
 }

@@ -22,6 +22,8 @@
 #include "triangular.h"
 
 enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500 };
+/* How much nearer to the guess the next start is, where one led over a change of branch. */
+static const double NEARER = 0.125;
 
 uint64_t points_random(uint64_t *state)
 {
@@ -372,6 +374,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
     SGA_FREED double *irregular = NULL;
     SGA_ENDS(points_branches_clear) struct points_branches branches;
     points_branches_init(&branches, s);
+    double nearer = 1;
     for (int a = 0; a < (s->starts ? s->starts : STARTS) && status != POINTS_OK; a++) {
         if (!sga_budget_ok(s->budget, NULL)) {
             status = POINTS_STOPPED;
@@ -383,11 +386,13 @@ static enum points_status find(const struct points_space *s, double spread, uint
         p->triangular = false;
         p->scaled = s->scale && a % 3 != 2;     /* sizes are a guess: not at every start */
         p->cheaply = s->near && s->cheap && a % 4 != 3;     /* what was given may have to move (x = 3 on a circle) */
-        start(s, spread, random, a, p);
+        start(s, a < BRANCH_STARTS ? spread * nearer : spread, random, a, p);
         points_parts_restore(&parts, s, p);
         bool ask = branches.asked && a < BRANCH_STARTS;
-        if (ask)
+        if (ask) {
+            points_branches_at_guess(&branches, s, p);
             points_branches_at(&branches, s, p);
+        }
         if (a >= (s->by_shape ? 0 : s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
             status = accepted(s, p, strict, outside);
             continue;
@@ -397,8 +402,10 @@ static enum points_status find(const struct points_space *s, double spread, uint
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
         int got = s->constraints ? newton(&j, p, &parts, s->before && a == 0 && !(s->cheap && s->near && s->variables <= FEW)) : 1;
-        if (got == 1 && ask && !points_branches_kept(&branches, s, p))
+        if (got == 1 && ask && !points_branches_kept(&branches, s, p)) {
+            nearer *= NEARER;
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
+        }
         if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))
             status = accepted(s, p, strict, outside);
         else if (got != 0 && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */

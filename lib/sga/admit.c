@@ -338,6 +338,7 @@ int admit_one(struct state *s, const struct candidate *c, int g)
     assert(regular_sane(&r));
     int before = s->sol->constraints, result = -1;
     enum points_status status = POINTS_NONE;
+    expr_id passed = EXPR_UNDEF;
     bool found = false;
     for (int i = 0; i < r.options && !found; i++) {      /* the branches of a product in turn */
         push_option(s, c, r.option + i, g);
@@ -351,9 +352,14 @@ int admit_one(struct state *s, const struct candidate *c, int g)
             note_branches(s, &r, i, before);
         else
             admit_pop(s, before);
+        bool more = i + 1 < r.options;       /* that may be found in its place */
+        if (!found && more && status != POINTS_STOPPED && !s->sol->passed && !(r.option[i].count == 1 && never_by_squares(s, r.option[i].out[0])))
+            passed = r.option[i].out[0];
         if (status == POINTS_STOPPED)
             break;
     }
+    if (found && passed)
+        s->sol->passed = passed;
     if (found)      /* what a part arose from vanishes with the other parts: admit_parts looks at it */
         result = c->arose || replacements_hold(s, before) ? s->sol->constraints - before : -1;
     else if (status == POINTS_IRREGULAR && r.options == 1 && r.option[0].count > 1 && !c->arose && state_sample(s) == POINTS_OK)

@@ -12,6 +12,7 @@
 #include "product_routes.h"
 #include "reduction.h"
 #include "oracle.h"
+#include "print.h"
 #include "system.h"
 #include "warnings.h"
 
@@ -139,6 +140,17 @@ static bool no_points(const struct sga_solution *sol, const struct points_oracle
     return true;
 }
 
+/* A contradiction on one branch of a product, while no point was found on another one: it says nothing of that. */
+static bool passed_over(const struct sys_system *system, const struct sga_solution *sol, struct sga_error *err)
+{
+    if (sol->verdict != SGA_INCONSISTENT || !sol->passed)
+        return false;
+    SGA_FREED char *text = expr_text(system->store, sol->passed, 300);
+    sga_fail(err, SGA_E_NO_REAL_POINT, "the constraints contradict each other on one branch of a product, and on the branch where %s is 0 no regular point was found "
+             "(this is not a proof that there is none); give trajectory.initial near such a point", text);
+    return true;
+}
+
 /* Whether a run near a guess ended at a point, and not at the guess: another component may have it. */
 static bool point_elsewhere(const struct sys_system *system, const struct reduction_options *o, const struct points_oracle *oracle,
                             const struct sga_solution *sol, int final)
@@ -156,7 +168,7 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
 {
     struct sga_error here = { 0 };
     struct reduction_options own = routes_options(r, options, place);
-    bool ok = state_solve(system, &own, oracle, &r->now, solution, &here) && !no_points(solution, oracle, &here);
+    bool ok = state_solve(system, &own, oracle, &r->now, solution, &here) && !no_points(solution, oracle, &here) && !passed_over(system, solution, &here);
     add_sides(r, oracle);
     r->tried++;
     r->now_at = place;
@@ -172,7 +184,7 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
     }
     int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
     /* near a guess only where nothing is there */
-    bool explore = r->explore && (!options->near || final < 0 || point_elsewhere(system, options, oracle, solution, final));
+    bool explore = r->explore && !options->near_only && (!options->near || final < 0 || point_elsewhere(system, options, oracle, solution, final));
     if (is_best(r, solution, final)) {
         r->final = final;
         r->verdict = solution->verdict;
@@ -292,7 +304,7 @@ bool sga_reduce(const struct sys_system *system, const struct reduction_options 
     struct reduction_options own = *given, *options = &own;
     own.conditions = &conditions;
     bool ok = routes_explore(&r, system, options, oracle, solution, err);
-    if (ok && r.final < 0 && (r.beside || r.failed) && own.near) {  /* nothing near the guess, or nothing regular: then anywhere */
+    if (ok && r.final < 0 && (r.beside || r.failed) && own.near && !own.near_only) {  /* nothing near the guess, or nothing regular: then anywhere */
         own.near = NULL;
         own.near_given = NULL;
         r.now.count = r.failed = r.tried = 0;

@@ -119,6 +119,7 @@ struct sga_solution {
     expr_id *field;                    /* by variable: X with every free function 0; NULL: inconsistent, or left out (options.field_unasked) */
     int *free_column; int free_columns;
     expr_id *gauge;                    /* free_columns x variables, by rows */
+    expr_id passed;            /* a way for a constraint to vanish that was passed over: no regular point of it was found, which proves nothing; or EXPR_UNDEF */
     struct sga_branch *branch; int branches;
     struct sga_pivot *dead; int deads; /* divided by on a larger set, zero on the smaller one */
     /* Where general points contradict the system, but points where these functions vanish do
@@ -153,6 +154,7 @@ struct reduction_options {
     const double *near; double near_time;   /* a guess for a point of Pf, or NULL */
     const unsigned char *near_given;        /* by variable: its value in the guess was given; others are free. NULL: all were */
     double near_spread;                     /* as in struct points_space */
+    bool near_only;                         /* what is elsewhere is no matter: it is not looked for */
     bool near_pivots;                       /* pivots are those that are large at near (all of it was given): for a motion that is there */
     const double *parameter_near;           /* by parameter: one that comes with it, NAN where there is none; or NULL */
     uint64_t seed;

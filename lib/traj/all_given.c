@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "leastnorm.h"
 #include "mem.h"
 #include "points_random.h"
 #include "reduction.h"
@@ -44,21 +45,65 @@ static bool reach(struct manifold *m, const struct traj_request *rq, const doubl
     return manifold_project(m, rq->start, y, scale, rq->held, 60, NULL, &residual, NULL);
 }
 
-/* From y, where all equations hold, to the nearest such point: on the independent constraints where these lead along, as dependent rows
- * stop the search early. */
-static bool nearest_from(struct manifold *m, struct flow *f, const struct sys_system *sys, const struct traj_request *rq, const double *scale,
-                         double *y, double far[TIERS])
+/* What a search works on: the constraints and the given equations together. */
+struct search {
+    struct flow *f;
+    const struct sys_system *sys;
+    const struct traj_request *rq;
+    const struct sga_solution *all;
+    struct manifold m;            /* of all */
+    int rank;                     /* how many of them are independent */
+};
+
+/* From y along the set of `on` to the nearest point; all equations hold at its end, or y stays. */
+static bool descend_on(struct search *s, struct manifold *on, double *y, double far[TIERS])
 {
-    size_t n = (size_t)m->n;
+    size_t n = (size_t)s->m.n;
     double *z = memcpy(sga_malloc((n + 1) * sizeof *z), y, n * sizeof *y);
-    bool ok = m->n <= SMALL && tiers_descend(&f->manifold, sys, f->sizes, rq, z, far)
-              && fabs(manifold_residual(m, rq->start, z, NULL, NULL)) < ON_ALL;
+    bool ok = tiers_descend(on, s->sys, s->f->sizes, s->rq, z, far) && fabs(manifold_residual(&s->m, s->rq->start, z, NULL, NULL)) < ON_ALL;
     if (ok)
         memcpy(y, z, n * sizeof *y);
-    else
-        ok = manifold_nearest(m, rq->start, rq->initial, y, scale, rq->held, 200, NULL, NULL, NULL);
     free(z);
     return ok;
+}
+
+/* The same on the equations whose gradients at y are the most independent: those that are independent elsewhere may depend on each other at the
+ * nearest point. */
+static bool descend_here(struct search *s, double *y, double far[TIERS])
+{
+    int n = s->m.n, c = s->m.c;
+    double *J = sga_calloc((size_t)n * (size_t)c + (size_t)c * (size_t)(c + 1) + 1, sizeof *J);
+    int *row = sga_calloc((size_t)c + 1, sizeof *row);
+    struct sga_solution few = *s->all;
+    few.constraint = sga_calloc((size_t)c + 1, sizeof *few.constraint);
+    few.constraints = s->rank;
+    bool ok = manifold_residual(&s->m, s->rq->start, y, NULL, NULL) >= 0;
+    for (int i = 0; i < c && ok; i++)
+        for (int k = 0; k < s->m.cols[i]; k++)
+            J[i * n + s->m.col[i][k]] = s->m.step.value[i][k];
+    ok = ok && points_least_norm_factor(c, n, J, row, J + n * c) == s->rank;
+    for (int i = 0; i < s->rank && ok; i++)
+        few.constraint[i] = s->all->constraint[row[i]];
+    struct manifold here;
+    struct sga_error none = { 0 };
+    if (ok && (ok = manifold_init(&here, s->sys, &few, NULL, &none))) {
+        here.unit = s->m.unit;
+        ok = descend_on(s, &here, y, far);
+        manifold_clear(&here);
+    }
+    free(few.constraint);
+    free(row);
+    free(J);
+    return ok;
+}
+
+/* From y, where all equations hold, to the nearest such point: on independent ones where these lead along, as dependent rows
+ * stop the search early. */
+static bool nearest_from(struct search *s, const double *scale, double *y, double far[TIERS])
+{
+    if (s->m.n <= SMALL && (descend_on(s, &s->f->manifold, y, far) || descend_here(s, y, far)))
+        return true;
+    return manifold_nearest(&s->m, s->rq->start, s->rq->initial, y, scale, s->rq->held, 200, NULL, NULL, NULL);
 }
 
 static double given_distance(const struct manifold *m, const struct traj_request *rq, const double *scale, const double *y)
@@ -71,16 +116,18 @@ static double given_distance(const struct manifold *m, const struct traj_request
 }
 
 /* The best of all starts into x. */
-static bool best(struct manifold *m, struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *x, double *moved)
+static bool best(struct search *s, double *x, double *moved)
 {
+    struct manifold *m = &s->m;
+    const struct traj_request *rq = s->rq;
     size_t n = (size_t)m->n;
     double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1, least = INFINITY, far[TIERS];
     uint64_t random = SGA_SEED_ALL_GIVEN;
     for (size_t j = 0; j < n; j++)
-        scale[j] = sizes_move(f->sizes, (int)j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
+        scale[j] = sizes_move(s->f->sizes, (int)j, rq->initial[j]) * (rq->given[j] ? 1 : LOOSE);
     for (int k = STARTS; k >= 0 && sga_watch_ok(); k--) {
         double given;
-        if (!reach(m, rq, scale, k, &random, y) || !nearest_from(m, f, sys, rq, scale, y, far)
+        if (!reach(m, rq, scale, k, &random, y) || !nearest_from(s, scale, y, far)
             || (given = given_distance(m, rq, scale, y)) >= least - ALIKE)
             continue;
         least = given;
@@ -104,12 +151,12 @@ bool all_given_start(struct flow *f, const struct sys_system *sys, const struct 
     for (size_t k = 0; k < more; k++)
         all.constraint[c + k] = (struct sga_constraint){ .expr = f->given->equation[k], .replaced = EXPR_UNDEF };
     all.constraints = (int)(c + more);
-    struct manifold m;
-    bool ok = manifold_init(&m, sys, &all, NULL, &none);
+    struct search s = { .f = f, .sys = sys, .rq = rq, .all = &all, .rank = sol->constraints };
+    bool ok = manifold_init(&s.m, sys, &all, NULL, &none);
     if (ok) {
-        m.unit = f->manifold.unit;
-        ok = best(&m, f, sys, rq, x, moved);
-        manifold_clear(&m);
+        s.m.unit = f->manifold.unit;
+        ok = best(&s, x, moved);
+        manifold_clear(&s.m);
     }
     free(all.constraint);
     return ok;
