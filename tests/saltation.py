@@ -283,7 +283,3 @@ def held(label, *names):
 
 
 FINE_STARTS = {label: held(label, *names) for label, *names in (("a bead at a wall", "x", "x'"), ("two rods, of which the end is struck", "x", "u", "x'", "u'"),)}
-# the derivatives of their starts are doubles, which double-double refuses
-DOUBLE_STARTS = {"a rocking block"}
-# they turn a switch of the equations, where motions in balls end
-SWITCHES = {"a field with a kink, and drag", "a field that jumps"}

@@ -345,7 +345,7 @@ class Check:
         size = max([abs(float(v)) for r in s["rows"] for v in r if v is not None], default=0)
         times = [e["t"] for e in t.get("events", [])] + [w for s_ in t.get("slides", []) for w in (s_["from"], s_["to"]) if w is not None]
         near = min([abs(float(w) - float(r[0])) / (1 + size) for w in times for r in t["rows"]], default=1)
-        if what == "jumps" and near > 1e-9:
+        if near > 1e-9:
             self.same(f"random {what} {n}, double-double against double", {**ask, "accuracy": DD}, ask)
         if s["ended"] is None and t["ended"] is None and near > 5e-4 and size < 1e4:
             self.differences(f"random {what} {n}", ask, False, "2e-4", "1e-6")
@@ -397,10 +397,14 @@ def main():
         check.closed(f"{label}, in balls", {**ask, "accuracy": BALL}, *rest)
     for label, ask in saltation.DIFFERENCES:
         ask = saltation.FINE_STARTS.get(label, ask)
-        if label not in saltation.DOUBLE_STARTS:
-            check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
-            if label not in saltation.SWITCHES:
-                check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
+        check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
+        check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
+    for label, ask, *rest in saltation.SLIDES_CLOSED:
+        check.closed(f"{label}, in double-double", {**ask, "accuracy": DD}, *rest)
+        check.closed(f"{label}, in balls", {**ask, "accuracy": BALL}, *rest)
+    for label, ask in saltation.SLIDES:
+        check.same(f"double-double against double: {label}", {**ask, "accuracy": DD}, ask)
+        check.same(f"balls and double-double: {label}", {**ask, "accuracy": BALL}, {**ask, "accuracy": DD})
     for label, ask in saltation.DIFFERENCES + saltation.SLIDES:
         check.differences(label, ask, False, "5e-4")
     for case in saltation.ENDED:

@@ -149,11 +149,27 @@ def fine(tally, solver, label, relays, double):
         rows.append(([[Fraction(getattr(v, "text", str(v))) for v in row[1:]] for row in t["rows"]], t["errors"], len(t["slides"])))
     apart = [max(float(abs(a - b)) for a, b in zip(p, q)) for p, q in zip(rows[0][0], rows[1][0])]
     tally.check((np.abs(np.array(rows[1][0], dtype=float) - double[0]) <= 2 * double[1] + 1e-12).all() and double[2] == rows[0][2] == rows[1][2], f"{label}: as in double", (rows[1][0], double))
+    boxed(tally, solver, label, relays, rows[1])
     return sum(a <= e for a, e in zip(apart, rows[0][1])) / len(apart)
+
+
+def boxed(tally, solver, label, relays, fine):
+    """Balls hold what double-double has, to its errors, with the slides at the same times; they may end where more surfaces than one are met at once."""
+    result, wrong = solver.solve({**relays.request(SPELT[0]), "accuracy": {"rtol": 1e-21, "atol": 1e-21, "arithmetic": "ball"}})
+    t = result and result["trajectory"]
+    if not tally.check(t and (t["ended"] is None or t["ended"]["reason"] == "not_enclosed"), f"{label}: in balls", wrong or t["ended"]):
+        return
+    tally.boxed += 1
+    tally.boxed_whole += t["ended"] is None
+    rows = [[Fraction(getattr(v, "text", str(v))) for v in row[1:]] for row in t["rows"]]
+    off = [float(abs(a - b)) for p, q, radii, e in zip(rows, fine[0], t["radii"], fine[1]) for a, b, r in zip(p, q, radii) if abs(a - b) > r + 8 * e + 1e-25]
+    tally.check(not off and (t["ended"] or len(t["slides"]) == fine[2]), f"{label}: balls hold double-double", (off, t["slides"], fine[2]))
+    tally.check(all(s["error"] < 1e-14 for s in t["slides"]), f"{label}: slides at times that are known", t["slides"])
 
 
 def main():
     tally, solver, slides, held = Tally("slides"), Solver(build_folder()), 0, []
+    tally.boxed = tally.boxed_whole = 0
     rng = random.Random(seed(20261125))
     for n in range(scaled(40)):
         relays = Relays(rng)
@@ -167,6 +183,7 @@ def main():
             slides += a[2]
             tally.check(a[2] == b[2] and (np.abs(a[0] - b[0]).max(axis=0) <= 2 * (a[1] + b[1]) + 1e-9).all(), f"relays {n}: the same however spelt", (a, b))
     tally.check(sum(held) >= 0.9 * len(held), "errors in double-double hold", held)
+    tally.check(tally.boxed_whole >= 0.6 * tally.boxed, "most are enclosed to the end", (tally.boxed_whole, tally.boxed))
     for n in range(scaled(8)):
         a = one(tally, solver, f"blocks {n}", Blocks(rng), SPELT[0])
         tally.check(a and a[2] >= 4, f"blocks {n}: they stick at first", a)

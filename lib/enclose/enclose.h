@@ -21,6 +21,7 @@ struct enclose_watch {
     bool stop;                           /* the solution is followed to the first that counts */
     int most;                            /* so many count; 0: all */
     bool zero;                           /* it is 0 at the start exactly (of a strict path) */
+    expr_id second;                      /* and so is its rate, whose derivative along the field this is; or EXPR_UNDEF */
 };
 
 /* The ball t holds exactly one time at which function `which` is 0 and changes its sign (shown); or it is not decided whether there is any. */

@@ -243,6 +243,8 @@ void enc_series_values(struct enc_series *s, arb_srcptr x, const arb_t t, slong 
     begin(s, x, t);
     for (int i = 0; i < s->p->slots; i++) {
         const struct enc_code *c = s->p->code + i;
+        if (c->op == ENC_CHOICE && c->varies)
+            choose(s, i);
         if (c->op == ENC_CHOICE)
             enc_value(enc_series_of(s, i), s->p, c, enc_series_of(s, c->a), enc_series_of(s, c->b), prec);
         else if (c->op != ENC_INPUT)

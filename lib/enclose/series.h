@@ -33,7 +33,7 @@ void enc_series_values(struct enc_series *s, arb_srcptr x, const arb_t t, slong 
  * the slots of the variables into enc_series_tangent. After enc_series_run. */
 bool enc_series_along(struct enc_series *s, int j);
 /* Of all slots, as functions of the start, only the derivatives of their values: into
- * coefficient 0 of their tangents. */
+ * coefficient 0 of their tangents; of abs, min and max that are undecided all that lies between those of both branches. After enc_series_values too. */
 bool enc_series_slope(struct enc_series *s, int j);
 
 /* Shared by values and derivatives: r = r0 - or + sum_{i=0}^{len-1} x_i y_{top-i}, x and y from their first entries, r0 NULL

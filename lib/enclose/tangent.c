@@ -39,6 +39,17 @@ static void solve_along(struct enc_series *s, int index, slong k)
         arb_dot(enc_series_tangent(s, q->first + i) + k, NULL, 0, (s->inverse + index)->rows[i], 1, r, 1, m, s->prec);
 }
 
+/* Of a choice that is undecided: all of whose ends are derivatives of the branches (Clarke's). */
+static void between(const struct enc_code *c, arb_t r, const arb_t da, const arb_t db, slong prec)
+{
+    SGA_ENDS(arb_end) arb_t other = { 0 };
+    arb_neg(other, da);
+    if (c->fun == EXPR_SIGN)
+        arb_indeterminate(r);
+    else
+        arb_union(r, da, c->fun == EXPR_ABS ? other : db, prec);
+}
+
 /* Derivatives are linear: those of a product are two convolutions, of f(x) one with f'(x). */
 static void along(struct enc_series *s, int i, slong k)
 {
@@ -69,7 +80,12 @@ static void along(struct enc_series *s, int i, slong k)
         convolve_along(s, r, NULL, false, c->a, c->g, k);
         convolve_along(s, r, r, true, c->b, c->g2, k);
         break;
-    case ENC_CHOICE: enc_follow(r, s->choice[i], da + k, db + k, false); break;
+    case ENC_CHOICE:
+        if (s->choice[i] || k)
+            enc_follow(r, s->choice[i], da + k, db + k, false);
+        else
+            between(c, r, da, db, prec);
+        break;
     case ENC_SOLVE:
         if (c->b == 0)
             solve_along(s, c->a, k);

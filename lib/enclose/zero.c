@@ -24,11 +24,12 @@ struct newton {
 static bool values(struct newton *w, arb_srcptr x, const arb_t t)
 {
     const struct enc_program *p = w->s.p;
-    if (!enc_series_run(&w->s, x, t, 0, w->prec))
-        return false;
-    for (int i = 0; i < w->c; i++)
-        arb_set(w->f + i, enc_series_of(&w->s, p->root[i]));
     bool ok = true;
+    enc_series_values(&w->s, x, t, w->prec);
+    for (int i = 0; i < w->c; i++) {
+        arb_set(w->f + i, enc_series_of(&w->s, p->root[i]));
+        ok &= arb_is_finite(w->f + i);
+    }
     for (int j = 0; j < w->c && ok; j++) {
         ok = enc_series_slope(&w->s, w->column[j]);
         for (int i = 0; i < w->c; i++)

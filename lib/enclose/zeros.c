@@ -68,7 +68,18 @@ static void nearer(struct look *l)
     }
 }
 
-/* Function and rate for all s in the ball l->s; not finite where they have no value. */
+/* Whether function k (or its rate: watches + k) may jump on what values() were of. */
+static bool may_jump(const struct enc_zeros *z, int k)
+{
+    bool may = false;
+    for (int i = z->jumps[k]; i < z->jumps[k + 1] && !may; i++) {
+        const struct enc_jump *j = z->jump + i;
+        may = arb_contains_zero(enc_series_of(&z->at, z->p.root[j->a])) && (j->b < 0 || arb_contains_nonpositive(enc_series_of(&z->at, z->p.root[j->b])));
+    }
+    return may;
+}
+
+/* Function and rate for all s in the ball l->s; not finite where they have no value, the rate where the function may jump. */
 static void values(struct look *l, arb_t g, arb_t d)
 {
     struct enc_zeros *z = l->z;
@@ -81,6 +92,8 @@ static void values(struct look *l, arb_t g, arb_t d)
     }
     arb_set(g, enc_series_of(&z->at, z->p.root[z->q->n + 2 * l->which]));
     arb_set(d, enc_series_of(&z->at, z->p.root[z->q->n + 2 * l->which + 1]));
+    if (may_jump(z, l->which))
+        arb_zero_pm_inf(d);
 }
 
 /* l->s := the part u of the span. */
@@ -259,6 +272,14 @@ static void undecided(struct look *l, const struct part *p)
     enclose_happened_cut(out, out->count - 1);
 }
 
+/* It is 0 at the start with its rate, which has one sign beyond: so has the function. After values(). */
+static bool leaves_flat(const struct look *l, const struct part *p)
+{
+    const struct enc_zeros *z = l->z;
+    arb_srcptr second = enc_series_of(&z->at, z->p.root[z->q->n + 2 * z->q->watches + l->which]);
+    return z->strict && l->span->first && p->a == 0 && !may_jump(z, l->which) && !may_jump(z, z->q->watches + l->which) && z->q->watch[l->which].second && arb_is_finite(second) && !arb_contains_zero(second);
+}
+
 /* The zeros of one function, in order. */
 static void search(struct look *l, int before, int after)
 {
@@ -270,7 +291,7 @@ static void search(struct look *l, int before, int after)
         struct part p = stack[--top];
         between(l, p.a, p.b);
         values(l, g, d);
-        if (arb_is_finite(g) && !arb_contains_zero(g))
+        if ((arb_is_finite(g) && !arb_contains_zero(g)) || leaves_flat(l, &p))
             continue;
         if (arb_is_finite(d) && !arb_contains_zero(d)) {
             one_at_most(l, p.a, p.b, p.before, p.after, d);
@@ -292,17 +313,57 @@ static void search(struct look *l, int before, int after)
     }
 }
 
+/* What may jump in e: its arguments into root from `roots` on, and where they are into jump; NULL: counted only. */
+static int list_jumps(const struct expr_store *st, expr_id e, expr_id *root, int roots, struct enc_jump *jump)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    int count = 0;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &e, 1);
+    for (int i = 0; i < cone.count; i++) {
+        enum expr_op op = expr_op_of(st, cone.list[i]);
+        if (op != EXPR_SIGN && op != EXPR_ATAN2)
+            continue;
+        const struct expr_node *n = st->node + cone.list[i];
+        if (jump) {
+            root[roots + 2 * count] = n->a;
+            root[roots + 2 * count + 1] = op == EXPR_SIGN ? n->a : n->b;
+            jump[count] = (struct enc_jump){ roots + 2 * count, op == EXPR_SIGN ? -1 : roots + 2 * count + 1 };
+        }
+        count++;
+    }
+    return count;
+}
+
+/* All jumps, behind the other roots: how many roots there are then. */
+static int all_jumps(struct enc_zeros *z, expr_id **root, int roots)
+{
+    const struct enclose_problem *q = z->q;
+    int most = 0;
+    for (int k = 0; k < 2 * q->watches; k++)
+        most += list_jumps(q->st, k < q->watches ? q->watch[k].value : q->watch[k - q->watches].rate, NULL, 0, NULL);
+    *root = sga_realloc(*root, ((size_t)roots + 2 * (size_t)most + 1) * sizeof **root);
+    z->jump = sga_malloc(((size_t)most + 1) * sizeof *z->jump);
+    z->jumps = sga_calloc(2 * (size_t)q->watches + 1, sizeof *z->jumps);
+    for (int k = 0; k < 2 * q->watches; k++)
+        z->jumps[k + 1] = z->jumps[k] + list_jumps(q->st, k < q->watches ? q->watch[k].value : q->watch[k - q->watches].rate, *root, roots + 2 * z->jumps[k], z->jump + z->jumps[k]);
+    assert(z->jumps[2 * q->watches] == most);
+    return roots + 2 * most;
+}
+
 bool enc_zeros_init(struct enc_zeros *z, const struct enclose_problem *q, struct enclose_happened *out, slong prec, struct sga_error *err)
 {
-    int roots = q->n + 2 * q->watches;
+    int roots = q->n + 3 * q->watches;
     SGA_FREED expr_id *root = sga_malloc(((size_t)roots + 1) * sizeof *root);
     memcpy(root, q->field, (size_t)q->n * sizeof *root);
     *z = (struct enc_zeros){ .q = q, .out = out, .prec = prec, .strict = z->strict, .side = sga_calloc((size_t)q->watches + 1, 1), .left = sga_malloc(((size_t)q->watches + 1) * sizeof *z->left) };
     for (int k = 0; k < q->watches; k++) {
         root[q->n + 2 * k] = q->watch[k].value;
         root[q->n + 2 * k + 1] = q->watch[k].rate;
+        root[q->n + 2 * q->watches + k] = q->watch[k].second ? q->watch[k].second : q->watch[k].value;
         z->left[k] = q->watch[k].most ? q->watch[k].most : -1;
     }
+    roots = all_jumps(z, &root, roots);
     bool ok = enc_program_init(&z->p, &(struct enc_of){ q->st, q->variable, q->n, q->time, q->tables }, root, roots, err);
     if (ok)
         enc_series_init(&z->at, &z->p);
@@ -311,6 +372,8 @@ bool enc_zeros_init(struct enc_zeros *z, const struct enclose_problem *q, struct
 
 void enc_zeros_clear(struct enc_zeros *z)
 {
+    free(z->jump);
+    free(z->jumps);
     free(z->side);
     free(z->left);
     enc_series_clear(&z->at);

@@ -15,6 +15,10 @@ struct enc_zeros {
     struct enclose_happened *out;
     struct enc_program p;        /* the field, then for each function its value and its rate */
     struct enc_series at;
+    /* Where functions jump, of which their rates say nothing: by function and by rate (2 watches + 1) the first place in this list, of roots a (that jumps where its value is 0) and b (and
+     * this is negative; -1: no matter). */
+    struct enc_jump { int a, b; } *jump;
+    int *jumps;
     signed char *side;           /* by function: its sign where the next step begins; 0: not shown */
     int *left;                   /* by function: how often it still counts; -1: always */
     slong prec;

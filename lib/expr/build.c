@@ -1,5 +1,6 @@
 /* Constructors: local simplification, exact constants, nothing expanded. */
 #include "raw_nodes.h"
+#include "same_sign.h"
 
 #include <math.h>
 
@@ -140,6 +141,48 @@ expr_id expr_sub(ST, expr_id a, expr_id b)
     return expr_node_make(st, EXPR_SUB, a, b);
 }
 
+/* How deep in a product a factor is looked for. */
+enum { FACTORS = 12 };
+
+/* The product with u instead of this factor in it; EXPR_UNDEF: it has none, as far as it was looked for. */
+static expr_id put_for_factor(ST, expr_id product, expr_id factor, expr_id u, int depth)
+{
+    enum expr_op op = op_of(st, product);
+    expr_id a = st->node[product].a, b = st->node[product].b;
+    if (product == factor)
+        return u;
+    if (op == EXPR_POWI && a == factor && b > 0)
+        return expr_mul(st, u, expr_powi(st, a, b - 1));
+    if ((op != EXPR_MUL && op != EXPR_DIV) || !depth)
+        return EXPR_UNDEF;
+    expr_id by = put_for_factor(st, a, factor, u, depth - 1);
+    if (by)
+        return op == EXPR_MUL ? expr_mul(st, by, b) : expr_div(st, by, b);
+    by = op == EXPR_MUL ? put_for_factor(st, b, factor, u, depth - 1) : EXPR_UNDEF;
+    return by ? expr_mul(st, a, by) : EXPR_UNDEF;
+}
+
+expr_id expr_put_for_factor(ST, expr_id product, expr_id factor, expr_id by)
+{
+    return put_for_factor(st, product, factor, by, FACTORS);
+}
+
+/* The product of two where one has a factor sign(u), and the other u: |u|, without a jump, instead of both. EXPR_UNDEF: it is not so. */
+static expr_id without_jump(ST, expr_id signs, expr_id other, int depth)
+{
+    enum expr_op op = op_of(st, signs);
+    expr_id a = st->node[signs].a, b = st->node[signs].b;
+    if (op == EXPR_SIGN)
+        return put_for_factor(st, other, a, expr_fun(st, EXPR_ABS, a), FACTORS);
+    if ((op != EXPR_MUL && op != EXPR_DIV) || !depth)
+        return EXPR_UNDEF;
+    expr_id by = without_jump(st, a, other, depth - 1);
+    if (by)
+        return op == EXPR_MUL ? expr_mul(st, b, by) : expr_div(st, by, b);
+    by = op == EXPR_MUL ? without_jump(st, b, other, depth - 1) : EXPR_UNDEF;
+    return by ? expr_mul(st, a, by) : EXPR_UNDEF;
+}
+
 expr_id expr_mul(ST, expr_id a, expr_id b)
 {
     if (!a || !b)
@@ -183,6 +226,10 @@ expr_id expr_mul(ST, expr_id a, expr_id b)
         return st->node[b].a;
     if (a == b)
         return expr_powi(st, a, 2);
+    expr_id smooth = st->signs ? without_jump(st, a, b, FACTORS) : EXPR_UNDEF;
+    smooth = smooth || !st->signs ? smooth : without_jump(st, b, a, FACTORS);
+    if (smooth)
+        return smooth;
     if (!ca && a > b) {
         expr_id c = a;
         a = b;
@@ -340,6 +387,22 @@ static expr_id exact_function(ST, enum expr_op op, expr_id a)
     return EXPR_UNDEF;
 }
 
+/* The sign of a power or a multiple, and abs of a multiple: switches stand at the zeros of what has a rate there. */
+static expr_id of_sign(ST, enum expr_op op, expr_id a)
+{
+    struct expr_node n = st->node[a];
+    bool turns = false;
+    if (op == EXPR_SIGN) {
+        expr_id e = a;
+        for (expr_id next; (next = expr_peeled(st, e, &turns)) != e; e = next) { }
+        e = op_of(st, e) == EXPR_SIGN ? e : expr_node_make(st, op, e, 0);
+        return turns ? expr_neg(st, e) : e;
+    }
+    if (op == EXPR_ABS && (enum expr_op)n.op == EXPR_MUL && expr_is_const(st, n.a))
+        return expr_mul(st, expr_fun(st, EXPR_ABS, n.a), expr_fun(st, EXPR_ABS, n.b));
+    return expr_node_make(st, op, a, 0);
+}
+
 expr_id expr_fun(ST, enum expr_op op, expr_id a)
 {
     if (!a)
@@ -361,7 +424,7 @@ expr_id expr_fun(ST, enum expr_op op, expr_id a)
         if (op == EXPR_COS || op == EXPR_COSH || op == EXPR_ABS)
             return expr_fun(st, op, expr_neg(st, a));
     }
-    return expr_node_make(st, op, a, 0);
+    return op == EXPR_SIGN || op == EXPR_ABS ? of_sign(st, op, a) : expr_node_make(st, op, a, 0);
 }
 
 expr_id expr_fun2(ST, enum expr_op op, expr_id a, expr_id b)

@@ -227,3 +227,14 @@ bool expr_depends(const struct expr_store *st, struct expr_cone *c, expr_id e, i
             return true;
     return false;
 }
+
+bool expr_has_branches(const struct expr_store *st, const expr_id *e, int count)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    bool has = false;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, e, count);
+    for (int i = 0; i < cone.count && !has; i++)
+        has = expr_op_traits(expr_op_of(st, cone.list[i])) & EXPR_HAS_BRANCHES;
+    return has;
+}

@@ -131,6 +131,7 @@ struct expr_store {
     struct expr_slot *hash;   uint32_t hash_mask;   /* of nodes */
     struct expr_slot *names;  uint32_t names_mask;  /* of symbols by name: index + 1 */
     int max_nodes;            /* 0: no limit */
+    bool signs;               /* a node is a sign */
     long max_bits;            /* of one exact constant */
     double work_bits, max_work_bits;   /* of all constants made so far; 0: no limit */
     double deadline, seconds; /* sga_now() value past which the error is set (0: none), and what was granted */
@@ -227,6 +228,8 @@ bool expr_depends(const struct expr_store *st, struct expr_cone *c, expr_id e, i
 
 /* c->place[e] = position of e in c->list, for the nodes of the list (others: undefined). */
 void expr_cone_index(struct expr_cone *c);
+/* Whether functions with branches (EXPR_HAS_BRANCHES) are among what these are made of. Cost: their cone. */
+bool expr_has_branches(const struct expr_store *st, const expr_id *e, int count);
 
 /* Replace symbols: for each node of the roots' cones, symbols i with map[i] != 0
  * become map[i] (map has st->symbols entries). Roots are replaced in place. */

@@ -7,6 +7,7 @@
 #include "arena.h"
 #include "mem.h"
 #include "raw_nodes.h"
+#include "same_sign.h"
 
 #define ST struct expr_store *st
 
@@ -109,12 +110,27 @@ static expr_id where(ST, expr_id c, expr_id e)
     return to[e];
 }
 
+/* b + c (a - b) where c asks for the sign of u, which is a factor of a - b: there is no jump (if(u > w, u, w), if(x < 0, -k*x, 0)). EXPR_UNDEF: it is not so. */
+static expr_id without_jump(ST, expr_id c, expr_id a, expr_id b)
+{
+    expr_id below, above, u = expr_by_one_sign(st, c, &below, &above);
+    if (!u || !((expr_is_zero(st, below) && expr_is_one(st, above)) || (expr_is_one(st, below) && expr_is_zero(st, above))))
+        return EXPR_UNDEF;
+    expr_id part = expr_fun2(st, expr_is_one(st, above) ? EXPR_MAX : EXPR_MIN, u, expr_int(st, 0)), way = expr_sub(st, a, b), back = expr_sub(st, b, a);
+    expr_id e = expr_put_for_factor(st, expr_op_of(st, way) == EXPR_NEG ? st->node[way].a : way, u, part);
+    if (e)
+        return expr_op_of(st, way) == EXPR_NEG ? expr_sub(st, b, e) : expr_add(st, b, e);
+    e = expr_put_for_factor(st, expr_op_of(st, back) == EXPR_NEG ? st->node[back].a : back, u, part);
+    return !e ? EXPR_UNDEF : expr_op_of(st, back) == EXPR_NEG ? expr_add(st, b, e) : expr_sub(st, b, e);
+}
+
 static expr_id choose(ST, expr_id c, expr_id a, expr_id b)
 {
     if (expr_is_one(st, c) || expr_is_zero(st, c))
         return expr_is_one(st, c) ? a : b;
-    expr_id otherwise = one_minus(st, c);
-    return expr_add(st, expr_mul(st, c, where(st, c, a)), expr_mul(st, otherwise, where(st, otherwise, b)));
+    expr_id otherwise = one_minus(st, c), first = where(st, c, a), second = where(st, otherwise, b);
+    expr_id smooth = a && b && first == a && second == b ? without_jump(st, c, a, b) : EXPR_UNDEF;       /* branches with values everywhere */
+    return smooth ? smooth : expr_add(st, expr_mul(st, c, first), expr_mul(st, otherwise, second));
 }
 
 /* The logarithm of a power of the base is that power. */

@@ -123,6 +123,7 @@ expr_id expr_node_make(struct expr_store *st, enum expr_op op, int32_t a, int32_
     }
     st->node[st->nodes] = (struct expr_node){ .op = (uint8_t)op, .a = a, .b = b };
     st->hash[h] = (struct expr_slot){ st->nodes, own };
+    st->signs |= op == EXPR_SIGN;
     return st->nodes++;
 }
 

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "beside.h"
 #include "march.h"
 #include "mem.h"
 
@@ -17,6 +18,8 @@ enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };     /* events, and number
 #define SAMPLE_MOST 10.0
 /* Of a value's size: what does not tell from 0 where a motion goes on; and of times: as one. */
 static const double TOLD = 16 * DBL_EPSILON, SAME_TIME = 1e-13;
+/* Of a variable's size: where jumps of functions are looked for around an event's place. */
+static const double PLACE = 1e-4;
 /* Where steps have erred by less than is allowed (straight motions), so may a touch: times the sum of their errors. */
 static const double ERRORS = 4;
 
@@ -24,6 +27,7 @@ struct track {
     signed char sign;          /* of the last value that was not 0; 0: none yet */
     bool touched;              /* 0 was touched, and not left yet */
     bool carried;              /* sign is what the motion before says; no value was far enough from 0 to tell since */
+    bool jumps;                /* at the start: its value there is that of one side of a jump, or between */
     double least;              /* values up to this do not tell from 0, at the start or a touch */
     double before;             /* the last value before the present point */
 };
@@ -34,7 +38,7 @@ struct ode_watch {
     int count, places, room;
     struct track *now, *next;
     struct ode_table table;
-    double *y;
+    double *y, *by;
     struct place *place;
 };
 
@@ -46,20 +50,50 @@ static double *values(struct ode_march *m, double t, const double *x)
     return m->watch->table.g;
 }
 
-/* By how much errors of x change the function: those that are allowed; or where told roundings. */
-static double doubt_of(struct ode_march *m, int e, double t, const double *x, bool told)
+/* One of the functions at t beside the watch's y, which is a copy of x; the last argument is time. */
+struct beside { struct ode_march *m; int event; double t; };
+
+static double value_beside(void *ctx, int j, double by)
+{
+    const struct beside *b = ctx;
+    bool time = j == b->m->p->n, one = j >= 0 && !time;
+    double *y = b->m->watch->y, keep = one ? y[j] : 0;
+    if (one)
+        y[j] += by;
+    double g = values(b->m, time ? b->t + by : b->t, y)[b->event];
+    if (one)
+        y[j] = keep;
+    return g;
+}
+
+/* By how much errors of x change the function: those that are allowed; or where told roundings. *jumps (or NULL): true where it jumps among them. */
+static double doubt_and_jump(struct ode_march *m, int e, double t, const double *x, bool told, bool *jumps)
+{
+    struct beside at = { m, e, t };
+    const struct ode_beside b = { value_beside, &at, m->p->n };
+    double *y = m->watch->y;
+    memmove(y, x, (size_t)m->p->n * sizeof *y);
+    double g = value_beside(&at, -1, 0), sum = 4 * DBL_EPSILON * fabs(g);
+    for (int j = 0; j < m->p->n; j++)
+        sum += ode_beside_change(&b, g, j, told ? TOLD * fabs(y[j]) : ode_allowed(m->o->rtol, m->o->atol, m->unit[j], y[j], y[j]), jumps);
+    return sum;
+}
+
+/* The time of the motion, of which its place in time is known to a part. */
+static double time_size(const struct ode_march *m) { return fmax(fabs(m->t), fabs(m->stop - m->t)); }
+
+static double doubt_of(struct ode_march *m, int e, double t, const double *x, bool told) { return doubt_and_jump(m, e, t, x, told, NULL); }
+
+/* Whether it jumps at m->x, to what the place of an event is known to. */
+static bool jumps_here(struct ode_march *m, int e)
 {
     struct ode_watch *w = m->watch;
-    double sum = 0, g = values(m, t, x)[e];
-    memmove(w->y, x, (size_t)m->p->n * sizeof *w->y);
-    for (int j = 0; j < m->p->n; j++) {
-        double keep = w->y[j];
-        w->y[j] += told ? TOLD * fabs(keep) : ode_allowed(m->o->rtol, m->o->atol, m->unit[j], keep, keep);
-        double change = fabs(values(m, t, w->y)[e] - g);
-        sum += isfinite(change) ? change : 0;
-        w->y[j] = keep;
-    }
-    return sum + 4 * DBL_EPSILON * fabs(g);
+    struct beside at = { m, e, m->t };
+    memcpy(w->y, m->x, (size_t)m->p->n * sizeof *w->y);
+    for (int j = 0; j < m->p->n; j++)
+        w->by[j] = PLACE * fmax(fabs(m->x[j]), m->unit[j]);
+    w->by[m->p->n] = PLACE * time_size(m);
+    return ode_beside_jumps(&(struct ode_beside){ value_beside, &at, m->p->n + 1 }, w->by);
 }
 
 static double doubt(struct ode_march *m, int e, double t, const double *x) { return doubt_of(m, e, t, x, false); }
@@ -74,7 +108,8 @@ void ode_watch_begin(struct ode_march *m)
     w->now = sga_calloc(2 * e, sizeof *w->now);
     w->next = w->now + e;
     ode_table_init(&w->table, w->count, m->p->n, m->p->event);
-    w->y = sga_malloc((n + 1) * sizeof *w->y);
+    w->y = sga_malloc(2 * (n + 1) * sizeof *w->y);
+    w->by = w->y + n + 1;
 }
 
 void ode_watch_start(struct ode_march *m)
@@ -83,12 +118,15 @@ void ode_watch_start(struct ode_march *m)
         struct track *k = m->watch->now + e;
         double g = values(m, m->t, m->x)[e];
         int side = m->p->event_side ? m->p->event_side[e] : ODE_SIDE_FRESH;
-        k->least = doubt_of(m, e, m->t, m->x, side != ODE_SIDE_FRESH);
+        k->jumps = false;
+        k->least = doubt_and_jump(m, e, m->t, m->x, side != ODE_SIDE_FRESH, &k->jumps);
+        ode_beside_change(&(struct ode_beside){ value_beside, &(struct beside){ m, e, m->t }, m->p->n + 1 }, g, m->p->n, TOLD * time_size(m), &k->jumps);
         k->before = g;
         k->carried = side == 1 || side == -1;
-        if (k->carried)        /* the place of the event itself is known to roundings of its time only */
+        k->jumps = k->carried ? fabs(g) > k->least && jumps_here(m, e) : k->jumps;
+        if (k->carried && !k->jumps)        /* the place of the event itself is known to roundings of its time only */
             k->least = 4 * (k->least + fabs(g));
-        k->sign = k->carried ? (signed char)side : fabs(g) > k->least ? (g > 0 ? 1 : -1) : 0;
+        k->sign = k->carried ? (signed char)side : fabs(g) > k->least && !k->jumps ? (g > 0 ? 1 : -1) : 0;
     }
 }
 
@@ -183,12 +221,12 @@ static void scan(struct ode_march *m, int e)
             before = NAN;
             continue;
         }
-        if (k->carried && fabs(v) <= k->least) {      /* 0, where the motion before ended */
+        if ((k->carried && fabs(v) <= k->least) || (k->jumps && i == 0)) {      /* 0, where the motion before ended */
             before = v;
             at = w->theta[i];
             continue;
         }
-        k->carried = false;
+        k->carried = k->jumps = false;
         if (i == 0 && k->touched && fabs(v) <= k->least) {      /* still on it, perhaps moved by a rounding to the side it came from */
             before = v;
             at = w->theta[i];

@@ -42,14 +42,15 @@ void ode_kinks_begin(struct ode_march *m)
     k->fresh = (unsigned char *)k->side + c;
     k->pending = k->fresh + c;
     k->led = k->pending + c;
-    k->g = sga_calloc(7 * c + 3 * n, sizeof *k->g);
+    k->g = sga_calloc(8 * c + 3 * n, sizeof *k->g);
     k->rate = k->g + c;
     k->g1 = k->rate + c;
     k->rate1 = k->g1 + c;
     k->old = k->rate1 + c;
     k->least = k->old + c;
     k->doubt = k->least + c;
-    k->x = k->doubt + c;
+    k->theta = k->doubt + c;
+    k->x = k->theta + c;
     k->f = k->x + n;
     k->mid = k->f + n;
     ode_table_init(&k->table, k->count, m->p->n, m->p->switching);
@@ -61,6 +62,10 @@ void ode_kinks_end(struct ode_march *m)
     if (!k)
         return;
     m->p->hold(m->p->ctx, NULL);
+    m->res->helds = k->count;
+    m->res->held = sga_calloc((size_t)k->count + 1, 1);
+    if (!k->natural)
+        memcpy(m->res->held, k->side, (size_t)k->count);
     ode_table_clear(&k->table);
     free(k->side);
     free(k->g);

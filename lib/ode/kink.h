@@ -17,6 +17,7 @@ struct ode_kinks {
     unsigned char *led;        /* the motion led to the surfaces of these when some were turned last; others were turned by that */
     double *old, *least, *doubt;     /* changes ahead, before a turn; see grains */
     double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
+    double *theta;             /* where it leaves its side in the step; 2: nowhere */
     struct ode_table table;
     double *x, *f, *mid;       /* n each */
     double cut, limit;         /* the next step is no longer than this; 0: no matter. The second until a switch is turned, */

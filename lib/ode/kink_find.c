@@ -217,10 +217,11 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
         return FIELD_REFUSED;
     m->dense_checked = true;
     ode_table_fill(m, &k->table);
-    double first = 2, h = fabs(m->step.h);
-    int which = -1;
+    double first = 2, cut = 2, h = fabs(m->step.h);
+    int which = -1, there = -1;
     bool known = false;
     for (int e = 0; e < k->count; e++) {
+        k->theta[e] = 2;
         if (!k->side[e] || (!k->fresh[e] && plainly_inside(&k->table, e, k->side[e])))
             continue;
         if (!known)
@@ -231,6 +232,7 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
             k->pending[e] = REST;
             continue;
         }
+        k->theta[e] = theta;
         if (theta < first) {
             first = theta;
             which = e;
@@ -252,9 +254,14 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
         k->target = -1;
         return STEP_CUT;
     }
-    if (!near_enough(m, which, (1 - first) * h)) {
+    for (int e = 0; e < k->count; e++)         /* the first that the end is not near enough to: others, of no matter there, may come before */
+        if (k->theta[e] < cut && !near_enough(m, e, (1 - k->theta[e]) * h)) {
+            cut = k->theta[e];
+            there = e;
+        }
+    if (there >= 0) {
         if (k->tries < MOST_TRIES)
-            return cut_at(m, which, first * h);
+            return cut_at(m, there, cut * h);
         k->cut = SHORTER * h;      /* from nearer by, then */
         k->target = -1;
         return STEP_CUT;

@@ -265,6 +265,7 @@ struct ode_result {
     int happened;
     struct ode_happening *happening;
     double *happened_x;
+    signed char *held; int helds;      /* by switch: the side that it was held on at the end; 0: it was not */
     const char *shortfall;     /* why worst is above 1, static; NULL where it is not */
     int solutions;             /* computed in all */
     double rtol, atol;         /* used for the solution that was delivered */

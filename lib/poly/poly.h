@@ -122,6 +122,8 @@ enum poly_truth poly_bridge_is_zero(struct poly_bridge *b, expr_id e);
  * of these can be solved for is used up, and powers of target are divided. False: not shown.
  * At most GIVEN_TOGETHER (limits.def) given. Costs that many substitutions into small polynomials. */
 bool poly_vanishes_with(struct expr_store *st, expr_id target, const expr_id *given, int n, const struct poly_limits *limits);
+/* The sign of r, where a = r b is shown wherever given[0 .. n) are zero, r the simplest fraction next to `ratio`; 0: not shown. Cost as above. */
+int poly_is_multiple(struct expr_store *st, expr_id a, expr_id b, double ratio, const expr_id *given, int n, const struct poly_limits *limits);
 bool poly_bridge_vanishes_with(struct poly_bridge *b, expr_id target, const expr_id *given, int n);
 /* Whether one of several targets is: what is given is converted once. */
 bool poly_any_vanishes_with(struct expr_store *st, const expr_id *target, int targets, const expr_id *given, int n,

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "reader.h"
+#include "same_sign.h"
 
 /* The place of a member's word in a table; 0 where it is left out; -1 with err. */
 static int word_of(struct reader *rd, const json_t *v, const char *member, const char *const *words, int n)
@@ -135,6 +136,7 @@ static bool read_event(struct reader *rd, const json_t *v)
     at_member(rd, "expression");
     if (!(e->expression = read_expression(rd, expression, &e->text)))
         return false;
+    e->expression = expr_same_sign(&rd->r->store, e->expression);
     at_back(rd, mark);
     e->name = sga_take_text(&rd->r->mem, text);
     e->direction = direction == 2 ? -1 : direction;

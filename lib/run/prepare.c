@@ -62,10 +62,6 @@ static bool check_sliding(struct job *j)
         what = "a choice of gauge";
     else if (r->strata)
         what = "solved strata";
-    else if (r->accuracy.arithmetic == REQUEST_DOUBLE_DOUBLE && t->sensitivities.has)
-        what = "sensitivities in double-double";
-    else if (r->accuracy.arithmetic == REQUEST_BALL)
-        what = "ball arithmetic";
     else
         what = beyond_plain(r);
     return !what || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/trajectory/sliding", "slides do not go with %s; leave one of them out", what);

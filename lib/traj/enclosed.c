@@ -222,9 +222,16 @@ static void leave(const struct attempt *a)
     int last = a->happened.count - 1;
     piece->at = NULL;
     piece->wide = a->end.why != ENCLOSE_DONE && a->end.why != ENCLOSE_STOPPED && a->end.why != ENCLOSE_EVENT;
-    if (a->end.why != ENCLOSE_EVENT)
+    if (piece->first ? a->end.samples < 1 : a->end.why != ENCLOSE_EVENT)
         return;
     piece->columns = a->columns;
+    if (piece->first) {
+        piece->at = _arb_vec_init(a->columns);
+        _arb_vec_set(piece->at, a->column, a->columns);
+        arb_init(&piece->t);
+        arb_set(&piece->t, a->time);
+        return;
+    }
     piece->at = _arb_vec_init(a->columns);
     _arb_vec_set(piece->at, a->happened_column + (size_t)last * (size_t)a->columns, a->columns);
     arb_init(&piece->t);

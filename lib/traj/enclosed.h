@@ -30,6 +30,7 @@ struct enclosed_piece {
     arb_srcptr asked;             /* enclosed_nearest: values that are asked for (and their derivatives), instead of the request's; or NULL */
     const int *known_symbol; arb_srcptr known; int knowns;   /* enclosed_nearest: symbols of its constraints beside variables and time, and what they are */
     /* What the piece leaves. at: columns at the time t of the event that stopped it (_arb_vec_clear is the caller's). */
+    bool first;                   /* at is to be columns at the first sample, at its time t, instead */
     arb_ptr at; int columns;
     arb_struct t;
     bool at_once, at_knot;        /* another event, or a knot of a table, may lie at the same time */

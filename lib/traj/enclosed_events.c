@@ -20,6 +20,8 @@ void enclosed_watch(struct expr_store *st, const struct enclose_problem *problem
     assert(problem->n > 0);
     for (int k = 0; k < rq->events; k++) {
         const struct traj_event *e = rq->event + k;
-        watch[k] = (struct enclose_watch){ e->expression, enclosed_rate(st, e->expression, problem->variable, problem->n, problem->time, problem->field), e->direction, e->stop, e->most, e->from_zero };
+        watch[k] = (struct enclose_watch){ e->expression, enclosed_rate(st, e->expression, problem->variable, problem->n, problem->time, problem->field), e->direction, e->stop, e->most, e->from_zero, EXPR_UNDEF };
+        if (e->from_flat)
+            watch[k].second = enclosed_rate(st, watch[k].rate, problem->variable, problem->n, problem->time, problem->field);
     }
 }

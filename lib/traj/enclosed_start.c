@@ -5,9 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arb_ends.h"
 #include "ball.h"
 #include "budget.h"
+#include "derive.h"
 #include "field.h"
+#include "flint_ends.h"
 #include "flow.h"
 #include "gauge_choice.h"
 #include "mem.h"
@@ -128,16 +131,105 @@ static bool as_given(const struct enclose_problem *p, const struct traj_request 
     return as;
 }
 
+/* The one unknown of e, whose slope by it is a constant: the place of its variable, and its value where e is 0, a constant; -1: it is not so. */
+static int linear_in_one(struct expr_store *st, const struct enclose_problem *p, const unsigned char *solved, expr_id e, expr_id *value)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    int one = -1, unknowns = 0;
+    expr_cone_init(&cone);
+    for (int j = 0; j < p->n && unknowns < 2; j++)
+        if (solved[j] && expr_depends(st, &cone, e, p->variable[j])) {
+            one = j;
+            unknowns++;
+        }
+    expr_id at = e, slope = unknowns == 1 ? expr_diff(st, e, p->variable[one]) : EXPR_UNDEF;
+    if (!slope || !expr_is_const(st, slope) || expr_is_zero(st, slope))
+        return -1;
+    SGA_FREED expr_id *map = sga_calloc((size_t)st->symbols + 1, sizeof *map);
+    map[p->variable[one]] = expr_int(st, 0);
+    expr_substitute(st, &e, 1, map);
+    *value = e ? expr_neg(st, expr_div(st, e, slope)) : EXPR_UNDEF;
+    if (!*value || !expr_is_const(st, *value))
+        return -1;
+    map[p->variable[one]] = *value;
+    expr_substitute(st, &at, 1, map);       /* what jumps has the same slope on both sides */
+    return at && expr_is_zero(st, at) ? one : -1;
+}
+
+/* A rational constant: e, or what the ball is; EXPR_UNDEF: neither is one. */
+static expr_id exact_constant(struct expr_store *st, expr_id e, const arb_t x)
+{
+    SGA_ENDS(fmpq_end) fmpq_t q = { { 0, 1 } };
+    if (e && expr_is_const(st, e))
+        return e;
+    if (e || !arb_is_exact(x))
+        return EXPR_UNDEF;
+    arf_get_fmpq(q, arb_midref(x));
+    return expr_fmpq(st, q);
+}
+
+/* An unknown of e that has a value, where e is 0 at known values: it is that value; -1: there is none. */
+static int met_by(struct expr_store *st, const struct enclose_problem *p, const unsigned char *solved, const expr_id *known, const expr_id *map, expr_id e)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_FREED expr_id *all = sga_malloc(((size_t)st->symbols + 1) * sizeof *all);
+    int one = -1;
+    expr_cone_init(&cone);
+    memcpy(all, map, (size_t)st->symbols * sizeof *all);
+    for (int j = 0; j < p->n; j++)
+        if (solved[j] && known[j] && expr_is_const(st, known[j])) {
+            all[p->variable[j]] = known[j];
+            one = expr_depends(st, &cone, e, p->variable[j]) ? j : one;
+        }
+    expr_substitute(st, &e, 1, all);
+    return e && expr_is_zero(st, e) ? one : -1;
+}
+
+/* Where a switch stands at its 0 because values that are known make others so, those are known exactly, and solved for no more: a ball around them would not tell. known: by variable
+ * the constant that it is, or EXPR_UNDEF: its ball is it, where that is exact; start: that of time. function, their count and x are what is left; the others have the known
+ * values put in. */
+static void put_exact(struct expr_store *st, const struct enclose_problem *p, expr_id start, const expr_id *known, const arb_t t0, slong prec, unsigned char *solved, expr_id *function,
+                      int *functions, arb_ptr x)
+{
+    SGA_FREED expr_id *map = sga_calloc((size_t)st->symbols + 1, sizeof *map);
+    map[p->time] = exact_constant(st, start, t0);
+    for (int j = 0; j < p->n; j++)
+        if (!solved[j])
+            map[p->variable[j]] = exact_constant(st, known[j], x + j);
+    expr_substitute(st, function, *functions, map);
+    for (bool more = true; more && expr_store_ok(st);) {
+        more = false;
+        for (int i = 0; i < *functions; i++) {
+            expr_id value;
+            int j = function[i] ? met_by(st, p, solved, known, map, function[i]) : -1;
+            if (j >= 0)
+                value = known[j];
+            else
+                j = function[i] ? linear_in_one(st, p, solved, function[i], &value) : -1;
+            if (j < 0)
+                continue;
+            solved[j] = 0;
+            arb_set_fmpq(x + j, expr_const_value(st, value), prec);
+            map[p->variable[j]] = value;
+            function[i] = function[--*functions];
+            expr_substitute(st, function, *functions, map);
+            more = true;
+        }
+    }
+}
+
 /* Coordinates of Pf are kept, the other variables solved for. */
 static bool solve_others(struct flow *f, const struct enclose_problem *p, const struct sga_solution *sol, const struct traj_request *rq,
                          const double *near, const arb_t t0, slong prec, arb_ptr x, struct sga_error *err)
 {
-    int n = f->n, c = sol->constraints, open = 0;
+    int n = f->n, c = sol->constraints, all = c, open = 0;
     unsigned char *solved = sga_calloc((size_t)n + 1, 1);
     expr_id *function = sga_malloc((size_t)(c + 1) * sizeof *function);
+    SGA_FREED expr_id *known = sga_calloc((size_t)n + 1, sizeof *known);
     for (int j = 0; j < n; j++) {
         bool kept = rq->given[j] && rq->exact_initial && near[j] == rq->initial[j];
-        enclosed_constant(p->st, kept ? rq->exact_initial[j] : EXPR_UNDEF, near[j], prec, x + j);
+        known[j] = kept ? rq->exact_initial[j] : EXPR_UNDEF;
+        enclosed_constant(p->st, known[j], near[j], prec, x + j);
     }
     for (int i = 0; i < c; i++)
         function[i] = sol->constraint[i].expr;
@@ -147,7 +239,9 @@ static bool solve_others(struct flow *f, const struct enclose_problem *p, const 
         memset(solved, 0, (size_t)n);
         open = flow_solved(f, rq, near, solved);
     }
-    bool ok = !c || (open == c && enclose_zero(p, function, c, t0, solved, prec, x, err) && same_point(x, near, n));
+    if (open == c && expr_has_branches(p->st, function, c))
+        put_exact(f->sys->store, p, rq->exact_initial ? rq->exact_start : EXPR_UNDEF, known, t0, prec, solved, function, &c, x);
+    bool ok = open == all && expr_store_ok(p->st) && (!c || enclose_zero(p, function, c, t0, solved, prec, x, err)) && same_point(x, near, n);
     free(solved);
     free(function);
     return ok;

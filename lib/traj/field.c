@@ -154,6 +154,18 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     return true;
 }
 
+void field_keep_held(const struct field *f, const signed char *side, struct traj_result *r)
+{
+    size_t count = side ? (size_t)f->switches.count : 0;
+    r->helds = (int)count;
+    r->held_argument = sga_malloc((count + 1) * sizeof *r->held_argument);
+    r->held = sga_malloc(count + 1);
+    for (size_t k = 0; k < count; k++) {
+        r->held_argument[k] = f->switches.argument[k];
+        r->held[k] = side[k];
+    }
+}
+
 void field_hold(struct field *f, const signed char *side)
 {
     f->along_t = NAN;

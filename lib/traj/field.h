@@ -96,6 +96,8 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err);
 /* For tapes; NULL: there are none. */
 static inline const struct num_switches *field_switches(const struct field *f) { return f->switches.count ? &f->switches : NULL; }
+/* The sides that its switches were held on (side: by switch; NULL: on none), into r. */
+void field_keep_held(const struct field *f, const signed char *side, struct traj_result *r);
 /* As num_tape_hold, for all ways to the field. */
 void field_hold(struct field *f, const signed char *side);
 void field_clear(struct field *f);

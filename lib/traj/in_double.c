@@ -64,6 +64,7 @@ static void keep_events(struct flow *f, const struct traj_request *rq, const str
         else
             memcpy(r->happened_value + (size_t)i * columns, x, columns * sizeof *x);
     }
+    field_keep_held(&f->field, o->held, r);
     int last = o->happened - 1;
     while (o->end.reason == ODE_EVENT && last > 0 && !rq->event[o->happening[last].event].stop)
         last--;                /* others at once with it */

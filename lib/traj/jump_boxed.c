@@ -2,6 +2,7 @@
 #include "jump_boxed.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,8 +33,13 @@ struct jump_boxed *jump_boxed_new(const struct sys_system *sys, const struct tra
     b->samples = rq->samples;
     b->time = _arb_vec_init(rq->samples);
     arb_init(&b->t);
-    b->idle = sga_calloc(2 * (size_t)rq->events + 1, sizeof *b->idle);
+    b->idle = sga_calloc(3 * (size_t)rq->events + 1, sizeof *b->idle);
     b->zero = b->idle + rq->events;
+    b->flat = b->zero + rq->events;
+    b->twin = sga_malloc(((size_t)rq->events + 1) * sizeof *b->twin);
+    b->twin_sign = sga_calloc((size_t)rq->events + 1, 1);
+    for (int e = 0; e < rq->events; e++)
+        b->twin[e] = -1;
     for (int i = 0; i < rq->samples; i++)
         enclosed_constant(sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], b->piece.prec + 32, b->time + i);
     return b;
@@ -48,9 +54,13 @@ void jump_boxed_free(struct jump_boxed *b)
         _arb_vec_clear(b->x, b->n);
     if (b->before)
         _arb_vec_clear(b->before, b->columns);
+    if (b->tau)
+        _arb_vec_clear(b->tau, b->taus);
     arb_clear(&b->t);
     free(b->sample);
     free(b->idle);
+    free(b->twin);
+    free(b->twin_sign);
     free(b);
 }
 
@@ -60,6 +70,98 @@ void jump_boxed_first(struct jump_boxed *b, struct jump_piece *q, const struct t
     q->q.exact_initial = rq->exact_initial;
     q->q.exact_time = rq->exact_time;
     q->q.piece = &b->piece;
+}
+
+/* Samples from `done` on that may lie before the next piece. */
+static void count_early(struct jump_boxed *b, int done)
+{
+    b->piece.early = 0;
+    for (int i = done; i < b->samples && arb_overlaps(b->time + i, &b->t); i++)
+        b->piece.early++;
+}
+
+bool jump_boxed_undecided(struct jump_pass *p, const struct traj_request *rq, int event)
+{
+    struct traj_result *r = &p->r;
+    const struct traj_happening *last = r->happening + r->happened - 1;
+    for (int i = r->happened - 1; p->boxed->piece.at_once && i >= 0 && fabs(last->t - r->happening[i].t) <= last->error + r->happening[i].error; i--)
+        if (rq->event[r->happening[i].event].sided) {
+            r->happening[i].undecided = true;
+            r->happening[i].direction = 0;
+        }
+    return p->boxed->piece.at_once && rq->event[event].sided;
+}
+
+/* What a piece left is taken over. */
+static void take_end(struct jump_boxed *b)
+{
+    if (b->before)
+        _arb_vec_clear(b->before, b->columns);
+    b->before = b->piece.at;
+    b->columns = b->piece.columns;
+    b->piece.at = NULL;
+    arb_swap(&b->t, &b->piece.t);
+    arb_clear(&b->piece.t);
+    b->why[0] = '\0';
+}
+
+bool jump_boxed_start(struct jump_boxed *b, const struct jump_piece *q, const struct traj_mode *mode, struct sga_error *err)
+{
+    struct traj_result r;
+    b->piece.first = true;
+    b->piece.at = NULL;
+    bool ok = jump_piece_start(q, mode, &r, err);
+    b->piece.first = false;
+    if (!ok)
+        return false;
+    traj_result_clear(&r);
+    if (!b->piece.at)
+        return sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "the start could not be enclosed");
+    take_end(b);
+    count_early(b, 0);
+    return true;
+}
+
+/* The last is told once more before itself, as event e. */
+static void tell_twin(struct jump_piece *q, struct traj_result *r, int e, int direction)
+{
+    size_t wide = (size_t)r->columns, last = (size_t)r->happened - 1;
+    r->happening = sga_realloc(r->happening, (last + 2) * sizeof *r->happening);
+    r->happened_value = sga_realloc(r->happened_value, ((last + 2) * wide + 1) * sizeof *r->happened_value);
+    r->happening[last + 1] = r->happening[last];
+    memcpy(r->happened_value + (last + 1) * wide, r->happened_value + last * wide, wide * sizeof *r->happened_value);
+    if (r->happened_digits) {
+        r->happened_digits = sga_realloc(r->happened_digits, (last + 2) * (wide + 1) * sizeof *r->happened_digits);
+        for (size_t k = 0; k <= wide; k++) {
+            const char *text = r->happened_digits[last * (wide + 1) + k];
+            r->happened_digits[(last + 1) * (wide + 1) + k] = text ? sga_strdup(text) : NULL;
+        }
+    }
+    q->whole[q->q.events + r->happened] = e;
+    r->happening[last].event = q->q.events + r->happened;
+    r->happening[last].direction = direction;
+    r->happened++;
+}
+
+void jump_boxed_twins(struct jump_boxed *b, struct jump_piece *q, const struct traj_request *rq, const int *count, struct traj_result *piece)
+{
+    int surface = piece->ended_event >= 0 ? q->whole[piece->ended_event] : -1;
+    for (int e = 0; e < rq->events && surface >= 0; e++) {
+        bool done = rq->event[e].most && count[e] >= rq->event[e].most;
+        int direction = b->twin[e] == surface && !done ? b->twin_sign[e] * piece->happening[piece->happened - 1].direction : 0;
+        if (direction && (!rq->event[e].direction || rq->event[e].direction == direction))
+            tell_twin(q, piece, e, direction);
+    }
+}
+
+void jump_boxed_unturned(const struct jump_boxed *b, struct traj_result *r)
+{
+    const struct traj_happening *last = r->happening + r->happened - 1;
+    for (int i = r->happened - 1; i >= 0 && r->happening[i].t == last->t; i--)
+        if (b->twin[r->happening[i].event] >= 0) {
+            r->happening[i].undecided = true;
+            r->happening[i].direction = 0;
+        }
 }
 
 /* Whether the function, of time alone, is 0 at a sample exactly. */
@@ -96,23 +198,14 @@ static void fill(struct jump_pass *p, const struct traj_request *rq)
 void jump_boxed_end(struct jump_pass *p, const struct traj_request *rq, const struct sys_system *sys, int event)
 {
     struct jump_boxed *b = p->boxed;
-    if (b->before)
-        _arb_vec_clear(b->before, b->columns);
-    b->before = b->piece.at;
-    b->columns = b->piece.columns;
-    b->piece.at = NULL;
-    arb_swap(&b->t, &b->piece.t);
-    arb_clear(&b->piece.t);
-    b->why[0] = '\0';
+    take_end(b);
     if (b->piece.at_once)
         snprintf(b->why, sizeof b->why, "it cannot be shown which of two events happens first here");
     else if (b->piece.at_knot)
         snprintf(b->why, sizeof b->why, "it cannot be shown whether an event happens before or after a sample of a table");
     while (p->r.rows < rq->samples && arb_overlaps(b->time + p->r.rows, &b->t) && is_zero_at(sys, rq, rq->event[event].expression, p->r.rows))
         fill(p, rq);
-    b->piece.early = 0;
-    for (int i = p->r.rows; i < rq->samples && arb_overlaps(b->time + i, &b->t); i++)
-        b->piece.early++;
+    count_early(b, p->r.rows);
 }
 
 /* A sample's time in the store of the mode. False: it is no rational number, and the store another one. */
@@ -186,10 +279,23 @@ static double way_made(const struct traj_result *r, const struct traj_request *r
     return way != 0 ? ((r->ended ? r->ended_t : end) - rq->start) / way : 1;
 }
 
+/* Times of slides are those of the events that begin and end them. */
+static void slide_errors(struct traj_result *r)
+{
+    for (int i = 0; i < r->slides; i++) {
+        r->slide[i].error = 0;
+        for (int k = 0; k < r->happened; k++)
+            if (r->happening[k].t == r->slide[i].from || r->happening[k].t == r->slide[i].to)
+                r->slide[i].error = fmax(r->slide[i].error, r->happening[k].error + DBL_EPSILON * fabs(r->happening[k].t));
+    }
+}
+
 static void finish(struct jump_pass *p, const struct traj_request *rq, bool late, double excess, struct traj_result *r)
 {
     p->r.shortfall = excess > 0 ? (late ? "the enclosures are rigorous but wider than the tolerances: the time granted ended before more bits could be tried"
                                         : "the enclosures are rigorous but wider than the tolerances, with as many bits as are used at most") : NULL;
+    slide_errors(&p->r);
+    jump_drop_turns(&p->r, rq);
     p->r.out_of_time = rows_are_kept(rq) && (late || sga_now() >= rq->rows_until);
     *r = p->r;
     p->r = (struct traj_result){ 0 };

@@ -5,12 +5,15 @@
 #include "jump_boxed.h"
 #include "jump_set.h"
 
+struct tables_ahead;
+
 /* An impulse: velocities as they are set, by coordinate; multipliers, and whether it is in use, by condition. */
 struct boxed_struck { arb_ptr v0, mu; bool *use; };
 
 struct between {
     struct jump_boxed *b;
     const struct jump *from, *to;
+    const struct traj_mode *was, *mode;   /* of `from`, of `to` */
     const struct jump_at *at;
     const struct jump_to *landed;
     arb_srcptr x;                 /* before: variables of `from`, then derivatives, if any */
@@ -18,10 +21,13 @@ struct between {
     unsigned char *stays;         /* of `to`: not set, and there before */
     unsigned char *solved, *used; /* of `to`: unknowns, and the constraints that they were solved from */
     struct boxed_struck struck;   /* where there are masses */
+    bool happens;                 /* an event does; otherwise the motion begins, and its time stays */
     bool nearest;                 /* it is a nearest point instead, of this request; unit: by variable of `to`; steady: none of them follows a value */
     struct traj_request q;
     double *unit;
     bool steady;
+    struct tables_ahead *ahead;   /* where the motion goes on; tables: whether it is known */
+    bool tables;
     struct sga_arena *mem;
 };
 

@@ -1,6 +1,4 @@
 /* Derivatives of a motion in balls at an event that sets variables: the formulas of jump_slope.h. See jump_boxed.h. */
-#include <string.h>
-
 #include "arb_ends.h"
 #include "arena.h"
 #include "derive.h"
@@ -10,6 +8,7 @@
 #include "reduction.h"
 #include "signal.h"
 #include "system.h"
+#include "tables_ahead.h"
 
 struct sloping {
     const struct between *w;
@@ -43,7 +42,7 @@ static bool times(const struct sloping *s)
     const struct traj_request *rq = s->from->rq;
     SGA_ENDS(arb_end) arb_t rate = { 0 };
     int e = 0;
-    while (e < rq->events && !(s->w->at->fired[e] && rq->event[e].sets))
+    while (e < rq->events && !(s->w->at->fired[e] && (rq->event[e].sets || rq->event[e].turns)))
         e++;
     if (e == rq->events || !rate_of(s, rq->event[e].expression, rate)
         || !enclosed_values(s->from->sys, &s->w->b->t, s->w->x, rq->slopes->event + e * s->q, s->q, s->prec, s->tau))
@@ -89,7 +88,12 @@ static bool along(const struct sloping *s)
 {
     SGA_ARENA(mem);
     arb_ptr z = arbs_take(&mem, (slong)s->q * s->n);
-    if (!enclosed_values(s->from->sys, &s->w->b->t, s->w->x, s->from->sol->field, s->n, s->prec, s->field) || !times(s) || !assigned(s, z))
+    bool again = s->w->b->again;
+    if ((s->w->happens || again) && (!enclosed_values(s->from->sys, &s->w->b->t, s->w->x, s->from->sol->field, s->n, s->prec, s->field) || (!again && !times(s))))
+        return false;
+    if (again)
+        _arb_vec_set(s->tau, s->w->b->tau, s->q);
+    if (!assigned(s, z))
         return false;
     for (int k = 0; k < s->n; k++) {
         int v = jump_same(s->w->from, k, s->w->to);
@@ -127,7 +131,7 @@ static bool follow(const struct sloping *s, int d)
             solved[s->m + d * s->m + k] = 1;
             arb_set_d(u + s->m + d * s->m + k, s->w->landed->slope[d * s->m + k]);
         }
-    struct enclose_problem p = { .st = st, .variable = symbol, .n = all + 1, .time = sys->time, .budget = s->to->rq->budget };
+    struct enclose_problem p = { .st = st, .variable = symbol, .n = all + 1, .time = sys->time, .tables = &s->w->ahead->balls, .budget = s->to->rq->budget };
     bool ok = expr_store_ok(st) && (!functions || enclose_zero(&p, function, functions, &s->w->b->t, solved, s->prec, u, &ignored));
     if (ok)
         _arb_vec_set(s->y + d * s->m, u + s->m + d * s->m, s->m);
@@ -171,13 +175,26 @@ static bool move_least(const struct sloping *s, arb_srcptr after)
     struct traj_request rq = w->q;
     rq.asked = &of;
     rq.piece = &piece;
-    struct enclose_problem p = { .st = sys->store, .variable = variable, .n = all, .time = sys->time, .budget = s->to->rq->budget };
+    struct enclose_problem p = { .st = sys->store, .variable = variable, .n = all, .time = sys->time, .tables = &s->w->ahead->balls, .budget = s->to->rq->budget };
     bool ok = expr_store_ok(sys->store) && enclosed_nearest(sys, &p, &sol, &rq, NULL, near, &w->b->t, s->prec, x);
     for (int k = 0; k < s->m && ok; k++)
         ok = arb_overlaps(x + k, w->y + k);      /* it is that point */
     if (ok)
         _arb_vec_set(s->y, x + s->m, all - s->m);
     return ok;
+}
+
+/* An event whose turn is made in two has one time. */
+static void keep_times(const struct sloping *s)
+{
+    struct jump_boxed *b = s->w->b;
+    if (!b->setting)
+        return;
+    if (b->tau)
+        _arb_vec_clear(b->tau, b->taus);
+    b->taus = s->q;
+    b->tau = _arb_vec_init(s->q);
+    _arb_vec_set(b->tau, s->tau, s->q);
 }
 
 bool jump_boxed_slope(const struct between *w, arb_ptr slope)
@@ -190,7 +207,10 @@ bool jump_boxed_slope(const struct between *w, arb_ptr slope)
     s.y = arbs_take(&mem, (slong)s.q * s.m);
     arb_ptr after = arbs_take(&mem, s.m), all = arbs_take(&mem, (slong)s.m * (1 + s.q));
     _arb_vec_set(all, w->y, s.m);
-    if (!along(&s) || (w->to->rq->mass && !jump_impulse_boxed_slope(w, s.tau, s.y)) || !enclosed_values(s.to->sys, &w->b->t, all, s.to->sol->field, s.m, s.prec, after))
+    if (!w->tables || !along(&s))
+        return false;
+    keep_times(&s);
+    if ((w->to->rq->mass && w->happens && !w->b->again && !jump_impulse_boxed_slope(w, s.tau, s.y)) || !enclosed_values(s.to->sys, &w->b->t, all, s.to->sol->field, s.m, s.prec, after))
         return false;
     if (w->nearest && !(w->steady && move_least(&s, after)))
         return false;

@@ -43,7 +43,7 @@ bool jump_fine_any(const struct traj_request *rq)
     bool any = false;
     for (int e = 0; e < rq->events; e++)
         any |= rq->event[e].sets > 0;
-    return any && rq->arithmetic == TRAJ_DOUBLE_DOUBLE && !slide_any(rq);
+    return rq->arithmetic == TRAJ_DOUBLE_DOUBLE && (slide_any(rq) ? rq->carried != NULL : any);
 }
 
 struct jump_fine *jump_fine_new(const struct sys_system *sys, const struct traj_request *rq, double wrong)
@@ -77,6 +77,26 @@ void jump_fine_first(struct jump_piece *q, const struct traj_request *rq)
     q->q.exact_start = rq->exact_start;
     q->q.exact_initial = rq->exact_initial;
     q->q.exact_time = rq->exact_time;
+}
+
+bool jump_fine_start(struct jump_fine *f, const struct jump_piece *q, const struct traj_mode *mode, struct sga_error *err)
+{
+    const struct traj_mode of = jump_carried(mode);
+    struct traj_result r;
+    SGA_ENDS(arb_end) arb_t t = { 0 };
+    int all = of.sys->variables;
+    if (!jump_piece_start(q, mode, &r, err))
+        return false;
+    enclosed_constant(of.sys->store, of.rq->exact_start, of.rq->start, BITS, t);
+    f->t = jump_fine_ball(t);
+    f->x = sga_realloc(f->x, ((size_t)all + 1) * sizeof *f->x);
+    bool ok = r.rows == 1 && r.digits;
+    for (int k = 0; k < all && ok; k++) {
+        f->x[k] = of_text(r.digits[r.columns - all + k]);
+        ok = isfinite(f->x[k].hi);
+    }
+    traj_result_clear(&r);
+    return ok || sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/initial", "the start has no digits beyond those of a double; use \"double\"");
 }
 
 bool jump_fine_end(struct jump_fine *f, const struct traj_result *piece, int all)

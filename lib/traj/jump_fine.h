@@ -20,13 +20,15 @@ struct jump_fine {
     expr_id *exact, *sample;      /* of the piece: constants of its store */
 };
 
-/* Whether events set something, in double-double. */
+/* Whether events set something, or a motion that slides is differentiated, in double-double. */
 bool jump_fine_any(const struct traj_request *rq);
 /* NULL where they do not. */
 struct jump_fine *jump_fine_new(const struct sys_system *sys, const struct traj_request *rq, double wrong);
 void jump_fine_free(struct jump_fine *f);
 /* The first piece starts where the request says. */
 void jump_fine_first(struct jump_piece *q, const struct traj_request *rq);
+/* Where switches are modes: t and x are those of the start, in the mode as it is written. */
+bool jump_fine_start(struct jump_fine *f, const struct jump_piece *q, const struct traj_mode *mode, struct sga_error *err);
 /* t and x of the last happening of a piece with so many variables. False: it has no digits. */
 bool jump_fine_end(struct jump_fine *f, const struct traj_result *piece, int all);
 /* jump_fine_turn.c. After turn_land: t and x where the motion goes on. False with err: NOT_SUPPORTED where the nearest point is not told to these digits. */

@@ -22,9 +22,10 @@
 #include "signal.h"
 #include "sizes.h"
 #include "system.h"
+#include "tables_ahead.h"
 #include "tape.h"
 
-enum { BITS = 256 };
+enum { BITS = 256, TABLE_BITS = 16 * BITS };
 /* Of a size: what is set stays on the constraints, as far as double-double tells. */
 static const double STAYS = 1e-24;
 /* The point that balls tell is that of double, beside 1 + its size. */
@@ -38,6 +39,7 @@ bool jump_fine_evaluate(const struct num_tape *tape, int inputs, num_dd t, const
         if (rate)
             num_jet2_input(j, k)[1] = k == inputs ? num_dd_of(1) : k < speeds ? speed[k] : num_dd_of(0);
     }
+    num_jet2_hold(j, tape);
     bool ok = num_jet2_next(j, 0) && (!rate || num_jet2_next(j, 1));
     for (int r = 0; r < roots; r++) {
         out[r] = num_jet2_root(j, r)[0];
@@ -125,6 +127,14 @@ static bool place(struct between *b, struct sga_arena *mem, struct sga_error *er
     return false;
 }
 
+/* The motion begins: its time stays. */
+static void as_they_are(struct between *b)
+{
+    int n = b->from->n;
+    for (int d = 0; d < b->q; d++)
+        carry(b, b->f->x + n + d * n, b->y + (size_t)d * (size_t)b->to->n);
+}
+
 /* When, and the derivatives along the event: of what is kept and what is set. */
 static bool along(struct between *b, struct sga_arena *mem)
 {
@@ -133,12 +143,13 @@ static bool along(struct between *b, struct sga_arena *mem)
     int n = b->from->n, all = s->rows.all, q = b->q, roots = s->rows.first + s->rows.count * (1 + q), slopes = (rq->events + s->sets + s->masses) * q;
     num_dd *out = sga_zeros(mem, (size_t)roots + 1, sizeof *out), *rate = sga_zeros(mem, (size_t)roots + 1, sizeof *rate), *slope = sga_zeros(mem, (size_t)slopes + 1, sizeof *slope);
     num_dd *y = sga_zeros(mem, (size_t)n + 1, sizeof *y);
+    jump_slope_came(b->from->slope, b->at);
     if (!jump_fine_evaluate(s->field, all, b->f->t, b->f->x, NULL, 0, b->field, NULL, n) || !jump_fine_evaluate(s->rows.value, all, b->f->t, b->f->x, b->field, n, out, rate, roots)
         || !jump_fine_evaluate(s->slope, all, b->f->t, b->f->x, NULL, 0, slope, NULL, slopes))
         return false;
     bool found = false;
     for (int e = 0; e < rq->events && !found; e++)
-        for (int d = 0; d < q && b->at->fired[e] && rq->event[e].sets; d++) {
+        for (int d = 0; d < q && b->at->fired[e] && (rq->event[e].sets || rq->event[e].turns); d++) {
             found |= slope[e * q + d].hi != 0;
             b->tau[d] = slope[e * q + d].hi != 0 ? num_dd_neg(num_dd_div(slope[e * q + d], rate[e])) : num_dd_of(0);
         }
@@ -202,10 +213,10 @@ static bool nearest(const struct between *b, const struct traj_mode *own, num_dd
         near[k] = b->landed->slope[k - n] + b->after[(k - n) % n] * b->tau[(k - n) / n].hi;      /* along the event */
     jump_request(b->to, b->at, &set, b->landed->way, place, &q);
     sizes_init(&sizes, b->to->sys, &q);
-    bool fixed = !own->sys->signals;
+    bool fixed = true;
     for (size_t k = 0; k < n; k++) {
         unit[k] = sizes_move(&sizes, (int)k, asked[k]);
-        fixed &= !q.given[k] || unit[k] == sizes_move(&sizes, (int)k, 0);
+        fixed &= !q.given[k] || q.held[k] || unit[k] == sizes_move(&sizes, (int)k, 0);
     }
     sizes_clear(&sizes);
     const struct traj_asked of = { true, true, (int)n, b->q, asked, unit, q.given, q.held };
@@ -218,12 +229,16 @@ static bool nearest(const struct between *b, const struct traj_mode *own, num_dd
     arb_set_d(hi, b->f->t.hi);
     arb_add(t, t, hi, ARF_PREC_EXACT);
     struct enclose_problem p = { .st = st, .variable = variable, .n = (int)all, .time = own->sys->time, .budget = own->rq->budget };
+    struct tables_ahead ahead;
     arb_ptr ball = arbs_take(mem, (slong)all);
-    bool ok = fixed && expr_store_ok(st) && enclosed_nearest(own->sys, &p, &sol, &rq, NULL, near, t, BITS, ball);
+    bool ok = tables_ahead_enter(&ahead, own->sys, &q, TABLE_BITS) && fixed && expr_store_ok(st);
+    p.tables = &ahead.balls;
+    ok = ok && enclosed_nearest(own->sys, &p, &sol, &rq, NULL, near, t, BITS, ball);
     for (size_t k = 0; k < all && ok; k++) {
         x[k] = jump_fine_ball(ball + k);
         ok = fabs(x[k].hi - near[k]) <= SAME_POINT * (1 + fabs(near[k])) && mag_get_d(arb_radref(ball + k)) <= STAYS * (1 + fabs(near[k]));
     }
+    tables_ahead_leave(&ahead);
     return ok;
 }
 
@@ -232,7 +247,11 @@ static bool field_after(const struct between *b, const num_dd *x, num_dd *field,
 {
     const struct jump_slope *s = b->to->slope;
     num_dd *in = sga_zeros(mem, (size_t)s->rows.all + 1, sizeof *in);
+    double *double_x = sga_zeros(mem, (size_t)b->to->n + 1, sizeof *double_x);
     memcpy(in, x, (size_t)b->to->n * sizeof *in);
+    for (int k = 0; k < b->to->n; k++)
+        double_x[k] = x[k].hi;
+    jump_slope_goes(b->to->slope, b->at->t, double_x);
     return jump_fine_evaluate(s->field, s->rows.all, b->f->t, in, NULL, 0, field, NULL, b->to->n);
 }
 
@@ -279,8 +298,11 @@ bool jump_fine_turn(struct jump_fine *f, const struct turn *s, const struct jump
     b.y = sga_zeros(&mem, all + 1, sizeof *b.y);
     b.field = sga_zeros(&mem, (size_t)b.from->n + 1, sizeof *b.field);
     b.after = sga_zeros(&mem, n + 1, sizeof *b.after);
-    if (!assign(&b, &mem) || (b.q && !along(&b, &mem)))
+    bool happens = memchr(at->fired, 1, (size_t)b.from->rq->events) != NULL;
+    if (!assign(&b, &mem) || (b.q && happens && !along(&b, &mem)))
         return no_value(&b, err);
+    if (!happens)
+        as_they_are(&b);
     const struct traj_mode own = jump_carried(s->mode);
     struct impulse_found found;
     if (b.to->rq->mass && (!jump_impulse_fine(b.to, f->t, b.asked, to, &found, &mem)

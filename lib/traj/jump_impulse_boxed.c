@@ -10,6 +10,7 @@
 #include "jump_impulse_parts.h"
 #include "mem.h"
 #include "system.h"
+#include "tables_ahead.h"
 
 /* Of its length: what a gradient has beside those before it. */
 static const double BESIDE = 1e-9;
@@ -19,6 +20,7 @@ struct striking {
     const struct jump *j;
     const struct traj_mass *m;
     const struct jump_to *landed;
+    const struct enc_tables *tables;
     bool *use;                    /* by condition: it does not follow from those before it */
     int *symbol; int all;         /* variables; velocities before; multipliers */
     expr_id *function; int functions;
@@ -124,7 +126,7 @@ static bool strike(struct striking *s, const arb_t t, slong prec, arb_ptr x)
     s->found = u + n;
     for (int i = 0; i < s->all; i++)
         unknowns += solved[i];
-    struct enclose_problem q = { .st = s->j->sys->store, .variable = s->symbol, .n = s->all, .time = s->j->sys->time, .budget = s->j->rq->budget };
+    struct enclose_problem q = { .st = s->j->sys->store, .variable = s->symbol, .n = s->all, .time = s->j->sys->time, .tables = s->tables, .budget = s->j->rq->budget };
     bool ok = unknowns == s->functions && expr_store_ok(q.st) && (!unknowns || enclose_zero(&q, s->function, s->functions, t, solved, prec, u, &ignored));
     if (ok)
         _arb_vec_set(x, u, n);
@@ -143,9 +145,9 @@ static void keep(const struct striking *s, struct between *w)
 
 bool jump_impulse_boxed(struct between *w, arb_ptr x)
 {
-    struct striking s = { .j = w->to, .m = w->to->rq->mass, .landed = w->landed };
+    struct striking s = { .j = w->to, .m = w->to->rq->mass, .landed = w->landed, .tables = &w->ahead->balls };
     struct sga_error ignored = { 0 };
-    bool ok = jump_impulse_init(&s.p, w->to, &ignored);
+    bool ok = w->tables && jump_impulse_init(&s.p, w->to, &ignored);
     if (ok && s.p.conditions) {
         s.use = sga_zeros(&s.mem, (size_t)s.p.conditions + 1, sizeof *s.use);
         ok = look(&s, arf_get_d(arb_midref(&w->b->t), ARF_RND_NEAR));

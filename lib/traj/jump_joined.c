@@ -30,6 +30,7 @@ void jump_pass_clear(struct jump_pass *p)
     free(p->each);
     free(p->at);
     free(p->count);
+    free(p->idle);
     *p = (struct jump_pass){ 0 };
 }
 
@@ -38,6 +39,20 @@ double jump_over_error(const struct jump_pass *p, const struct jump_piece *q, co
     if (!(p->over > 0 || p->over_fine > 0))
         return 0;
     return p->over * sga_allowed((struct sga_tolerance){ q->q.rtol, q->q.atol }, piece->unit ? piece->unit[column] : 1, value) + p->over_fine * fmax(1, fabs(value));
+}
+
+/* For so many happenings. */
+static void make_room(struct jump_pass *p, size_t happened)
+{
+    struct traj_result *r = &p->r;
+    size_t wide = (size_t)r->columns + 1;
+    if (happened + 1 <= p->happening_room)
+        return;
+    p->happening_room = 2 * happened + 1;
+    r->happening = sga_realloc(r->happening, p->happening_room * sizeof *r->happening);
+    r->happened_value = sga_realloc(r->happened_value, p->happening_room * wide * sizeof *r->happened_value);
+    if (r->digits)
+        r->happened_digits = sga_realloc(r->happened_digits, p->happening_room * wide * sizeof *r->happened_digits);
 }
 
 /* Rows and happenings of a piece are added. */
@@ -58,13 +73,7 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
         for (size_t k = 0; k < columns; k++)
             each[k] = (piece->error ? fmin(piece->error[i], piece->column_error ? piece->column_error[k] : INFINITY) : INFINITY) + jump_over_error(p, q, piece, value[k], (int)k);
     }
-    if (happened + 1 > p->happening_room) {
-        p->happening_room = 2 * happened + 1;
-        r->happening = sga_realloc(r->happening, p->happening_room * sizeof *r->happening);
-        r->happened_value = sga_realloc(r->happened_value, p->happening_room * (columns + 1) * sizeof *r->happened_value);
-        if (r->digits)
-            r->happened_digits = sga_realloc(r->happened_digits, p->happening_room * (columns + 1) * sizeof *r->happened_digits);
-    }
+    make_room(p, happened);
     for (int i = 0; i < piece->happened; i++, r->happened++) {
         r->happening[r->happened] = piece->happening[i];
         r->happening[r->happened].event = q->whole[piece->happening[i].event];
@@ -86,6 +95,23 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
     r->inputs_examined = piece->inputs_examined;
     if (piece->shortfall)
         r->shortfall = piece->shortfall;
+}
+
+void jump_tell_again(struct jump_pass *p, int e, int direction)
+{
+    struct traj_result *r = &p->r;
+    size_t columns = (size_t)r->columns, last = (size_t)r->happened - 1;
+    assert(r->happened > 0);
+    make_room(p, last + 2);
+    r->happening[last + 1] = r->happening[last];
+    r->happening[last + 1].event = e;
+    r->happening[last + 1].direction = direction;
+    memcpy(r->happened_value + (last + 1) * columns, r->happened_value + last * columns, columns * sizeof *r->happened_value);
+    for (size_t k = 0; k <= columns && r->happened_digits; k++) {
+        const char *digits = r->happened_digits[last * (columns + 1) + k];
+        r->happened_digits[(last + 1) * (columns + 1) + k] = digits ? sga_strdup(digits) : NULL;
+    }
+    r->happened++;
 }
 
 /* Nothing is said beyond t. */
@@ -211,4 +237,22 @@ void jump_note_slides(struct jump_pass *p, const struct traj_mode *was, const st
             widen(r, k, x[to->sliding[k]]);
         }
     }
+}
+
+void jump_drop_turns(struct traj_result *r, const struct traj_request *rq)
+{
+    int kept = 0;
+    for (int i = 0; i < r->happened; i++) {
+        size_t wide = (size_t)r->columns + 1;
+        for (size_t k = 0; k < wide && r->happened_digits && rq->event[r->happening[i].event].turns; k++)
+            free(r->happened_digits[(size_t)i * wide + k]);
+        if (rq->event[r->happening[i].event].turns)
+            continue;
+        if (r->happened_digits)
+            memmove(r->happened_digits + (size_t)kept * wide, r->happened_digits + (size_t)i * wide, wide * sizeof *r->happened_digits);
+        r->happening[kept] = r->happening[i];
+        memmove(r->happened_value + (size_t)kept * (size_t)r->columns, r->happened_value + (size_t)i * (size_t)r->columns, (size_t)r->columns * sizeof(double));
+        kept++;
+    }
+    r->happened = kept;
 }

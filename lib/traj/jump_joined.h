@@ -16,6 +16,7 @@ struct jump_pass {
     double *each;                 /* rows x columns: those errors */
     double *at; int jumps, room;  /* times of events that set */
     int *count;                   /* by event: how often it did */
+    bool *idle;                   /* by event, where switches are modes, but in balls: along the present slide its function is 0 */
     double end_error;             /* of an accumulation's time */
     double over, over_fine;       /* errors of steps over singular positions, which all passes may have alike: in units of the tolerances, by the sizes of values */
     double direction;             /* of the motion in time: 1 or -1 */
@@ -31,8 +32,12 @@ void jump_pass_clear(struct jump_pass *p);
 void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece);
 /* What those steps may have done to a value of this column. */
 double jump_over_error(const struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece, double value, int column);
+/* The last happening is told once more, as event e. */
+void jump_tell_again(struct jump_pass *p, int e, int direction);
 /* Nothing is said beyond t. */
 void jump_cut(struct jump_pass *p, double t, double direction);
+/* What happened at surfaces goes: of those slides say it. */
+void jump_drop_turns(struct traj_result *r, const struct traj_request *rq);
 /* Whether the times of events that set have a limit: then the motion ends there. */
 bool jump_accumulates(struct jump_pass *p, const struct traj_request *rq);
 /* A piece begins at t; how is static, the impulse is taken over. */

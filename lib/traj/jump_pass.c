@@ -1,6 +1,7 @@
 /* See jump_pass.h. */
 #include "jump_pass.h"
 
+#include <assert.h>
 #include <float.h>
 
 #include "arena.h"
@@ -13,25 +14,25 @@
 #include "jump_turn.h"
 #include "mem.h"
 #include "ode.h"
+#include "poly.h"
+#include "reduction.h"
 #include "rows_kept.h"
 #include "slide.h"
 #include "system.h"
 #include "tolerance.h"
 
-/* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. last: the last of the happenings alone. */
+/* What happens at the end of a piece; false: nothing that sets, or something that stops. crossing, fired: by event of the request. last: the last of the happenings, and those at its very time. */
 static bool fired_at_end(const struct traj_request *rq, const struct jump_piece *q, const struct traj_result *piece, bool last, unsigned char *fired, signed char *crossing)
 {
     bool any = false, stop = false;
-    double t = piece->ended_t;
+    double t = last && piece->happened ? piece->happening[piece->happened - 1].t : piece->ended_t;
     memset(fired, 0, (size_t)rq->events + 1);
-    for (int i = piece->happened - 1; i >= 0 && (last || fabs(piece->happening[i].t - t) <= JUMP_SAME_TIME * fabs(t)); i--) {
+    for (int i = piece->happened - 1; i >= 0 && fabs(piece->happening[i].t - t) <= (last ? 0 : JUMP_SAME_TIME * fabs(t)); i--) {
         int e = q->whole[piece->happening[i].event];
         stop |= rq->event[e].stop;
         any |= rq->event[e].sets > 0 || rq->event[e].turns;
         fired[e] = 1;
         crossing[e] = (signed char)piece->happening[i].direction;
-        if (last)
-            break;
     }
     return any && !stop;
 }
@@ -61,8 +62,41 @@ static bool take_sides(struct jump_piece *q, struct turn *s, double t, struct sg
     return !s->slide || slide_sides(s->slide, s->mode, t, q->x, q->all_side, err);
 }
 
+/* Along a slide: events whose functions its constraints hold at 0 are not looked for. */
+static void take_idle(struct jump_pass *p, struct turn *s, double t, const double *x)
+{
+    const struct traj_request *rq = s->mode->rq;
+    const struct sga_solution *sol = s->mode->sol;
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, rq->budget);
+    bool along = false;
+    SGA_FREED expr_id *given = sga_malloc(((size_t)sol->constraints + 1) * sizeof *given);
+    for (int i = 0; i < sol->constraints; i++)
+        given[i] = sol->constraint[i].expr;
+    for (int k = 0; k < rq->modes->surfaces; k++)
+        along |= s->mode->choice[k] == TRAJ_ALONG;
+    for (int e = 0; e < rq->modes->own; e++)
+        p->idle[e] = along && jump_at_zero(&s->j, e, t, x) && poly_vanishes_with(s->mode->sys->store, rq->event[e].expression, given, sol->constraints, &limits);
+}
+
+/* Where sides have turned, functions of theirs may have jumped over 0: told as the turn is. was: their values before. */
+static bool jumped_over(struct jump_pass *p, struct turn *s, const double *was, const unsigned char *fired, double t, const double *x)
+{
+    const struct traj_request *rq = s->mode->rq;
+    bool stop = false;
+    for (int e = 0; e < rq->modes->own && p->r.happened; e++) {
+        double now = jump_function(&s->j, e, t, x);
+        int direction = was[e] * now < 0 ? (now > 0 ? 1 : -1) * (int)jump_direction(rq) : 0;
+        if (fired[e] || !rq->event[e].sided || !direction || (rq->event[e].direction && rq->event[e].direction != direction))
+            continue;
+        jump_tell_again(p, e, direction);
+        stop |= rq->event[e].stop;
+        p->r.ended_event = rq->event[e].stop ? e : p->r.ended_event;
+    }
+    return stop;
+}
+
 /* What is set is set, and the next piece's mode entered. */
-static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct jump_at *at, double tighter, struct sga_error *err)
+static bool turn_once(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct jump_at *at, double tighter, struct sga_error *err)
 {
     struct jump_to to = { 0 };
     const struct traj_mode *was = s->mode;
@@ -78,15 +112,41 @@ static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, cons
         if (s->j.slope)
             memcpy(q->x + s->j.n, to.slope, (size_t)(s->j.slope->rows.all - s->j.n) * sizeof *q->x);
         if (p->boxed)
-            jump_boxed_turn(p->boxed, s, at, &to);
-        ok = (!p->fine || jump_fine_turn(p->fine, s, at, &to, err)) && take_sides(q, s, at->t, err);
+            jump_boxed_turn(p->boxed, s, was, at, &to);
+        ok = (!p->fine || jump_fine_turn(p->fine, s, at, &to, err)) && (s->stays || take_sides(q, s, at->t, err));
+        if (p->idle)
+            take_idle(p, s, at->t, q->x);
         jump_note_slides(p, was, s->mode, at->t, q->x);
     }
-    if (on && !s->slide) {
-        jump_add_leg(p, at->t, s->mode->place, to.how, to.moved, to.impulse, s->mode->rq->mass ? s->mode->rq->mass->coordinates : 0);
+    if (on && (!s->slide || s->stays)) {
+        jump_add_leg(p, at->t, s->slide ? 0 : s->mode->place, to.how, to.moved, to.impulse, s->mode->rq->mass ? s->mode->rq->mass->coordinates : 0);
         to.impulse = NULL;
     }
     turn_end(s, &to);
+    return ok;
+}
+
+/* Where switches are modes, sides are taken of what was set. */
+static bool turn(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct jump_at *at, double tighter, struct sga_error *err)
+{
+    bool sets = false;
+    for (int e = 0; s->slide && e < s->mode->rq->events; e++)
+        sets |= at->fired[e] && s->mode->rq->event[e].sets;
+    if (!sets)
+        return turn_once(p, q, s, at, tighter, err);
+    assert(p->boxed);              /* others are refused (check_sliding) */
+    s->stays = p->boxed->setting = true;
+    bool ok = turn_once(p, q, s, at, tighter, err);
+    s->stays = p->boxed->setting = false;
+    if (!ok || s->why[0] || p->boxed->why[0])
+        return ok;
+    size_t all = (size_t)q->n, events = (size_t)s->mode->rq->events;
+    SGA_FREED double *x = memcpy(sga_malloc((all + 1) * sizeof *x), q->x, all * sizeof *x);
+    SGA_FREED unsigned char *none = sga_calloc(events + 1, 1);
+    const struct jump_at next = { at->t, x, none, (const signed char *)none, 0, NULL, at->count };
+    p->boxed->again = true;
+    ok = turn_once(p, q, s, &next, tighter, err);
+    p->boxed->again = false;
     return ok;
 }
 
@@ -111,18 +171,32 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         p->r.ended_t = piece->ended_t;
         p->r.ended_reason = piece->ended_reason;
         memcpy(p->r.ended_detail, piece->ended_detail, sizeof p->r.ended_detail);
-        if (piece->ended_event >= 0)
+        if (piece->ended_event >= 0 && p->boxed && jump_boxed_undecided(p, rq, q->whole[piece->ended_event])) {
+            p->r.ended_reason = "not_enclosed";
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "it is not shown whether an event happens as a switch of its function turns");
+        } else if (piece->ended_event >= 0) {
             name_stop(rq, q, piece, &p->r);
+        }
     } else if (set) {
         double *x = piece->happened_value + (size_t)piece->happened * (size_t)piece->columns - (s->j.slope ? s->j.slope->rows.all : s->j.n);
         if (s->slide)
             drop_dust(x, s->j.n);
-        struct jump_at at = { piece->ended_t, x, fired, crossing, p->fine ? 0 : wrong, p->count };
+        struct jump_at at = { piece->ended_t, x, fired, crossing, p->fine ? 0 : wrong, piece, p->count };
         count_jump(p, rq, piece->ended_t, fired);
         p->stood = false;
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
+        SGA_FREED double *was = sga_malloc(((size_t)rq->events + 1) * sizeof *was);
+        for (int e = 0; e < rq->events && p->idle; e++)
+            was[e] = jump_function(&s->j, e, at.t, x);
         *ok = turn(p, q, s, &at, tighter, err);
+        if (*ok && !s->why[0] && p->idle && jumped_over(p, s, was, fired, at.t, q->x)) {
+            p->r.ended = true;
+            p->r.ended_t = piece->ended_t;
+            p->r.ended_reason = ode_reason_text(ODE_EVENT);
+            snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "an event that stops the motion");
+            *ok = true;
+        }
         if (*ok && !s->why[0] && !p->fine)
             jump_exact_next(q, &s->j, piece);
         const char *shown = p->boxed ? p->boxed->why : "";
@@ -132,9 +206,11 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
             p->r.ended_reason = shown[0] ? "not_enclosed" : ode_reason_text(ODE_NOT_SMOOTH);
             snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "%s", shown[0] ? shown : s->why);
         }
+        if (p->boxed && p->r.ended)
+            jump_boxed_unturned(p->boxed, &p->r);
         if (shown[0])
             p->boxed->piece.wide = true;
-        more = *ok && !s->why[0] && !shown[0] && !jump_accumulates(p, rq);
+        more = *ok && !p->r.ended && !s->why[0] && !shown[0] && !jump_accumulates(p, rq);
         if (more && p->jumps >= JUMP_MOST) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
@@ -177,7 +253,13 @@ static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
     SGA_FREED unsigned char *none = sga_calloc((size_t)rq->events + 1, 1);
     SGA_FREED double *x = with_derivatives(s, start.x);
     struct jump_at at = { .t = rq->start, .x = x, .fired = none, .crossing = (signed char *)none };
+    if ((p->boxed && !jump_boxed_start(p->boxed, q, s->mode, err)) || (p->fine && !jump_fine_start(p->fine, q, s->mode, err))) {
+        traj_initial_clear(&start);
+        return false;
+    }
     bool ok = turn(p, q, s, &at, tighter, err);
+    if (ok && p->boxed && p->boxed->why[0])
+        ok = sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "%.150s", p->boxed->why);
     if (ok && s->why[0])
         ok = sga_fail_at(err, SGA_E_NO_MOTION, "/trajectory/initial", "%.300s", s->why);
     if (ok) {
@@ -189,7 +271,12 @@ static bool begin(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         q->q.given = q->given;
         q->q.held = q->held;
         memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->modes->own);
-        jump_exact_start(q, rq);
+        if (p->boxed)
+            ok = jump_boxed_begin(p->boxed, q, s, rq, 0, err);
+        else if (p->fine)
+            ok = jump_fine_begin(p->fine, q, s, 0, rq->samples, err);
+        else
+            jump_exact_start(q, rq);
     }
     traj_initial_clear(&start);
     return ok;
@@ -300,6 +387,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
     if (jump_is_exact(rq) || p->boxed)
         p->r.digits = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.digits);
     p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
+    p->idle = slide_any(rq) && !p->boxed ? sga_calloc((size_t)rq->events + 1, sizeof *p->idle) : NULL;
     bool ok = turn_init(&s, first, err), more = ok;
     if (!rq->modes && !p->fine)
         jump_exact_start(&q, rq);
@@ -309,8 +397,9 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         ok = more = begin(p, &q, &s, rq, tighter, err);
     for (int done = 0; more;) {
         struct traj_result piece;
-        q.idle = p->boxed ? p->boxed->idle : NULL;
+        q.idle = p->boxed ? p->boxed->idle : p->idle;
         q.zero = p->boxed ? p->boxed->zero : NULL;
+        q.flat = p->boxed ? p->boxed->flat : NULL;
         jump_piece_events(&q, jump_carried(s.mode).rq, p->count);
         ok = sga_budget_ok(rq->budget, err) && traj_run(jump_carried(s.mode).sys, jump_carried(s.mode).sol, &q.q, &piece, err);
         if (!ok && keeps_rows(p, rq, err)) {
@@ -327,6 +416,8 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
             ok = starts_clear(&s, rq->start, p->r.initial, err);
         }
         ok = ok && (!p->fine || read_end(p, &s, &piece, err));
+        if (ok && p->boxed)
+            jump_boxed_twins(p->boxed, &q, jump_carried(s.mode).rq, p->count, &piece);
         jump_join(p, &q, &piece);
         if (p->fine && piece.ended_event >= 0)
             fill_samples(p, rq, piece.error_estimate);

@@ -58,6 +58,18 @@ void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double 
     p->q.atol = tighter * rq->atol;
 }
 
+bool jump_piece_start(const struct jump_piece *p, const struct traj_mode *mode, struct traj_result *r, struct sga_error *err)
+{
+    const struct traj_mode of = jump_carried(mode);
+    struct traj_request rq = p->q;
+    expr_id start[] = { of.rq->exact_start };
+    rq.samples = 1;
+    rq.times = &of.rq->start;
+    rq.exact_time = rq.exact_time || start[0] ? start : NULL;
+    rq.events = 0;
+    return traj_run(of.sys, of.sol, &rq, r, err);
+}
+
 /* In the next mode: what is known of the events stays. */
 void jump_piece_turn(struct jump_piece *p, const struct traj_mode *to, double tighter)
 {
@@ -100,6 +112,6 @@ void jump_piece_events(struct jump_piece *p, const struct traj_request *rq, cons
         p->whole[p->q.events] = e;
         p->side[p->q.events] = p->all_side[e];
         p->event[p->q.events++] = (struct traj_event){ .expression = from->expression, .direction = from->direction, .stop = from->stop || from->sets || from->turns,
-                                                           .from_zero = p->zero && p->zero[e] };
+                                                           .from_zero = p->zero && p->zero[e], .from_flat = p->flat && p->flat[e] };
     }
 }

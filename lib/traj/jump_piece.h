@@ -11,7 +11,7 @@ struct jump_piece {
     struct traj_event *event;
     signed char *side, *all_side;  /* by event of the piece; of the request */
     unsigned char *stands;        /* by event of the request: its function stands at 0 where the piece begins */
-    const bool *idle, *zero;      /* by event of the request: it is not looked for; it is from_zero; or NULL */
+    const bool *idle, *zero, *flat;   /* by event of the request: it is not looked for; it is from_zero; from_flat; or NULL */
     int *whole;                   /* by event of the piece: that of the request */
     double *x;
     unsigned char *given, *held;
@@ -24,6 +24,8 @@ struct jump_piece {
 struct traj_mode jump_carried(const struct traj_mode *m);
 /* A piece that begins in this mode, with tolerances times `tighter`; rows are kept from rows_until on (struct traj_request). jump_piece_clear is due. */
 void jump_piece_init(struct jump_piece *p, const struct traj_mode *mode, double tighter, double rows_until);
+/* Its start alone, as a motion of one sample: traj_result_clear(r) is due. False: err says why there is none. */
+bool jump_piece_start(const struct jump_piece *p, const struct traj_mode *mode, struct traj_result *r, struct sga_error *err);
 /* It goes on in the mode `to`: its own variables and events, sides of events as they were. */
 void jump_piece_turn(struct jump_piece *p, const struct traj_mode *to, double tighter);
 void jump_piece_clear(struct jump_piece *p);

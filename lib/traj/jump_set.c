@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "beside.h"
 #include "field.h"
 #include "jump_impulse.h"
 #include "jump_slope.h"
@@ -21,6 +22,10 @@
 
 /* Of a state: how far ahead and back an event's function is looked at for its direction; roundings of its values. */
 static const double LOOK = 1e-6, ROUNDING = 16 * DBL_EPSILON;
+/* Of the largest variable: where jumps of functions are looked for around an event's place. */
+static const double JUMP = 1e-4;
+/* The same: what the place is known to. */
+static const double AT_ZERO = 1e-7;
 /* Values that are meant to be one; a variable that stays; positions that a constraint finds where it holds, both by their size. */
 static const double SAME_VALUE = 1e-9, STAYS = 1e-9, IN_PLACE = 1e-6;
 
@@ -113,34 +118,83 @@ static const double *events_at(struct jump *j, double t, const double *x, double
     return j->out + j->sets;
 }
 
+/* One of the functions beside what j->in is; the last argument is time. */
+struct beside { struct jump *j; int event; };
+
+static double value_beside(void *ctx, int k, double by)
+{
+    const struct beside *b = ctx;
+    struct jump *j = b->j;
+    double keep = k >= 0 ? j->in[k] : 0;
+    if (k >= 0)
+        j->in[k] += by;
+    num_tape_eval(j->tape, j->in, j->out);
+    if (k >= 0)
+        j->in[k] = keep;
+    return j->out[j->sets + b->event];
+}
+
 /* By how much roundings of x change function e. */
 static double rounding(struct jump *j, int e, double t, const double *x)
 {
     double g = events_at(j, t, x, 0, NULL)[e], sum = 4 * DBL_EPSILON * fabs(g);
-    for (int k = 0; k < j->n; k++) {
-        double keep = j->in[k];
-        j->in[k] = keep + ROUNDING * fabs(keep);
-        num_tape_eval(j->tape, j->in, j->out);
-        double change = fabs(j->out[j->sets + e] - g);
-        sum += isfinite(change) ? change : 0;
-        j->in[k] = keep;
-    }
+    const struct ode_beside b = { value_beside, &(struct beside){ j, e }, j->n };
+    for (int k = 0; k < j->n; k++)
+        sum += ode_beside_change(&b, g, k, ROUNDING * fabs(j->in[k]), NULL);
     return sum;
 }
 
 /* -1 for a motion against time. */
 static int along(const struct jump *j) { return j->rq->times[j->rq->samples - 1] < j->rq->start ? -1 : 1; }
 
+static double size_of(const struct jump *j, const double *x)
+{
+    double size = 0;
+    for (int k = 0; k < j->n; k++)
+        size = fmax(size, fabs(x[k]));
+    return size;
+}
+
+/* How far along v the functions are looked at. */
+static double look_ahead(const struct jump *j, const double *x, const double *v)
+{
+    double size = size_of(j, x), speed = size_of(j, v), h = LOOK * fabs(j->rq->times[j->rq->samples - 1] - j->rq->start);
+    return size > 0 && speed * h > LOOK * size ? LOOK * size / speed : h;
+}
+
+double jump_function(struct jump *j, int e, double t, const double *x) { return events_at(j, t, x, 0, NULL)[e]; }
+
+bool jump_at_zero(struct jump *j, int e, double t, const double *x)
+{
+    double size = size_of(j, x), g = jump_function(j, e, t, x), sum = rounding(j, e, t, x);
+    const struct ode_beside b = { value_beside, &(struct beside){ j, e }, j->n };
+    events_at(j, t, x, 0, NULL);
+    for (int k = 0; k < j->n; k++)
+        sum += ode_beside_change(&b, g, k, AT_ZERO * size, NULL);
+    return fabs(g) <= sum;
+}
+
+bool jump_function_jumps(struct jump *j, int e, double t, const double *x, const double *v, bool *over)
+{
+    double size = size_of(j, x), h = v ? look_ahead(j, x, v) : 0, g = events_at(j, t, x, 0, NULL)[e];
+    bool along = g * events_at(j, t, x, h, v)[e] > 0 && g * events_at(j, t, x, -h, v)[e] > 0;
+    const struct ode_beside b = { value_beside, &(struct beside){ j, e }, j->n + 1 };
+    SGA_FREED double *around = sga_malloc((size_t)(j->n + 1) * sizeof *around);
+    events_at(j, t, x, 0, NULL);
+    for (int k = 0; k < j->n; k++)
+        around[k] = JUMP * size;
+    around[j->n] = JUMP * fmax(fabs(t), fabs(j->rq->times[j->rq->samples - 1] - j->rq->start));
+    bool any = ode_beside_jumps(&b, around);
+    for (int k = 0; k <= j->n; k++)
+        around[k] *= ODE_BESIDE_NEARER;
+    *over = any && !(along && ode_beside_steady(&b, around));
+    return any;
+}
+
 /* +1: it grows along v; 0: not told from standing. */
 static int heads(struct jump *j, int e, double t, const double *x, const double *v)
 {
-    double size = 0, speed = 0, h = LOOK * fabs(j->rq->times[j->rq->samples - 1] - j->rq->start);
-    for (int k = 0; k < j->n; k++) {
-        size = fmax(size, fabs(x[k]));
-        speed = fmax(speed, fabs(v[k]));
-    }
-    if (size > 0 && speed * h > LOOK * size)
-        h = LOOK * size / speed;
+    double h = look_ahead(j, x, v);
     double ahead = events_at(j, t, x, h, v)[e], back = events_at(j, t, x, -h, v)[e], change = ahead - back;
     return fabs(change) <= rounding(j, e, t, x) || isnan(change) ? 0 : change > 0 ? 1 : -1;
 }
@@ -196,33 +250,58 @@ bool jump_assign(struct jump *j, const struct jump_at *at, double *to, unsigned 
     return true;
 }
 
-/* 1 for the variables of constraints in which nothing is that was set. */
-static void untouched(const struct jump *j, const unsigned char *changed, unsigned char *hold)
+/* 1 for the variables of constraints in which nothing is that moves: moved, and all that no equation differentiates. */
+static void untouched(const struct jump *j, const unsigned char *moved, unsigned char *hold)
 {
     struct expr_cone cone;
-    unsigned char *used = sga_malloc((size_t)j->n + 1);
+    SGA_FREED unsigned char *used = sga_malloc((size_t)j->n + 1);
     expr_cone_init(&cone);
     for (int i = 0; i < j->sol->constraints; i++) {
         bool touched = false;
         memset(used, 0, (size_t)j->n);
         mark(j, &cone, j->sol->constraint[i].expr, used);
         for (int k = 0; k < j->n; k++)
-            touched |= used[k] && (changed[k] || !j->moving[k]);
+            touched |= used[k] && (moved[k] || !j->moving[k]);
         for (int k = 0; k < j->n && !touched; k++)
             hold[k] |= used[k];
     }
     expr_cone_clear(&cone);
-    free(used);
+}
+
+/* moved: what was set becomes all that moves with it, from constraint to constraint, but positions. */
+static void reach(const struct jump *j, unsigned char *moved)
+{
+    struct expr_cone cone;
+    SGA_FREED unsigned char *used = sga_malloc((size_t)j->n + 1);
+    expr_cone_init(&cone);
+    for (bool more = true; more;) {
+        more = false;
+        for (int i = 0; i < j->sol->constraints; i++) {
+            bool touched = false;
+            memset(used, 0, (size_t)j->n);
+            mark(j, &cone, j->sol->constraint[i].expr, used);
+            for (int k = 0; k < j->n; k++)
+                touched |= used[k] && moved[k];
+            for (int k = 0; k < j->n && touched; k++)
+                if (used[k] && !moved[k] && j->moving[k] && !j->position[k])
+                    more = true, moved[k] = 1;
+        }
+    }
+    expr_cone_clear(&cone);
 }
 
 void jump_request(const struct jump *j, const struct jump_at *at, const struct jump_to *to, int way, unsigned char *hold, struct traj_request *q)
 {
     size_t n = (size_t)j->n;
     unsigned char *given = hold + n;
+    SGA_FREED unsigned char *moved = memcpy(sga_malloc(n + 1), to->changed, n);
+    if (way == JUMP_REACH_POSITIONS || way == JUMP_REACH)
+        reach(j, moved);
     if (way != JUMP_HOLD_MOVING && !to->turned)
-        untouched(j, to->changed, hold);
+        untouched(j, moved, hold);
     for (size_t k = 0; k < n; k++) {
-        hold[k] |= to->changed[k] || (way == JUMP_HOLD_MOVING && j->moving[k] && j->sol->constraints) || (way == JUMP_HOLD_POSITIONS && j->position[k]);
+        bool positions = way == JUMP_HOLD_POSITIONS || way == JUMP_REACH_POSITIONS;
+        hold[k] |= to->changed[k] || (way == JUMP_HOLD_MOVING && j->moving[k] && j->sol->constraints) || (positions && j->position[k]);
         hold[k] &= to->known[k];
         given[k] = (j->moving[k] || to->changed[k] || !j->bound[k]) && to->known[k];
     }
@@ -273,7 +352,7 @@ static void sides_before(struct jump *j, const struct jump_at *at, const unsigne
     free(none);
 }
 
-/* An event whose function is 0 before and after, to the roundings of values and of time: where it happened, it goes on to the side that it heads for; where it
+/* An event whose function is 0 before and after, to the roundings of values and of time, or jumps over 0: where it happened, it goes on to the side that it heads for; where it
  * stands, and where it did not happen, it comes from where it was. */
 static void sides_after(const struct jump_turn *turn, const struct traj_initial *to, signed char *side, unsigned char *stands)
 {
@@ -285,12 +364,17 @@ static void sides_after(const struct jump_turn *turn, const struct traj_initial 
         double slow = fabs(events_at(j, at->t, to->x, ROUNDING * fabs(at->t), to->derivative)[e] - events_at(j, at->t, to->x, 0, NULL)[e]);
         double told = 16 * (rounding(turn->from, e, at->t, before->x) + rounding(j, e, at->t, to->x)) + (isfinite(slow) ? slow : 0);
         double was = fabs(events_at(turn->from, at->t, before->x, 0, NULL)[e]), after = fabs(events_at(j, at->t, to->x, 0, NULL)[e]);
-        near[e] = after <= told + (at->fired[e] ? 4 * was : 0) && (at->fired[e] || was <= told);
+        bool over, jumped, jumped_over;
+        jumped = jump_function_jumps(turn->from, e, at->t, before->x, NULL, &jumped_over);
+        if (jump_function_jumps(j, e, at->t, to->x, to->derivative, &over))
+            near[e] = over && (at->fired[e] || jumped_over || was <= told);
+        else
+            near[e] = after <= told + (at->fired[e] && !jumped ? 4 * was : 0) && (at->fired[e] || was <= told);
         side[e] = ODE_SIDE_TOLD;
         stands[e] = 0;
         if (near[e] && at->fired[e]) {
             int way = heads(j, e, at->t, to->x, to->derivative);
-            side[e] = (signed char)(along(j) * (way ? way : -at->crossing[e]));
+            side[e] = (signed char)(along(j) * (way ? way : over ? 0 : -at->crossing[e]));
             stands[e] = !way;
         }
     }

@@ -26,6 +26,7 @@ struct jump_at {
     const unsigned char *fired;   /* by event: it happens now */
     const signed char *crossing;  /* by event that happens: its direction */
     double wrong;                 /* what is set is made wrong by this part of it */
+    const struct traj_result *piece;   /* of which x is the end, with the sides that switches were held on; or NULL */
     const int *count;             /* by event: how often it has set something, with this time; or NULL */
 };
 
@@ -54,17 +55,24 @@ bool jump_init(struct jump *j, const struct sys_system *sys, const struct sga_so
 void jump_clear(struct jump *j);
 /* The place in the variables of `to` of variable k of `from`, by its name; -1: there is none. */
 int jump_same(const struct jump *from, int k, const struct jump *to);
+/* The function of event e at (t, x); and whether that is 0 but for errors of x by what the place of an event is known to. */
+double jump_function(struct jump *j, int e, double t, const double *x);
+bool jump_at_zero(struct jump *j, int e, double t, const double *x);
+/* Whether the function of event e jumps at x. *over: also over 0, around x or along v (n, or NULL). */
+bool jump_function_jumps(struct jump *j, int e, double t, const double *x, const double *v, bool *over);
 /* x (n) as it is set, and by variable whether it is; by mode the place of its value, where one is set. */
 bool jump_assign(struct jump *j, const struct jump_at *at, double *x, unsigned char *changed, int *choice, struct sga_error *err);
 /* to->x: the start after it, and by event the side of its zero from which the motion goes on (ode_problem.event_side), and whether its function stands at 0 there. What is set
  * stays; velocities of masses take the impulse of constraints (jump_impulse.h); of the rest moves as little as
  * will do: what no equation differentiates; then velocities but no positions (variables whose derivative is a variable, and those of constraints without a
- * set variable); then other variables than those of constraints without a set one. To the nearest point each time. */
+ * set variable; where that is too little, those reached from constraint to constraint); then other variables than those of constraints without a set one. To the nearest
+ * point each time. */
 /* The start nearest to to->x for jump_land, without impulses. Returns the way in which it was found (an enum jump_way), or -1: there is none, with err where something else was in
  * the way. */
 int jump_start(struct jump *j, const struct jump_at *at, const struct jump_to *to, struct traj_initial *r, struct sga_error *why);
-/* The request of that start in a way. place: 2 n zeros, which the request points to. */
-enum jump_way { JUMP_HOLD_MOVING, JUMP_HOLD_POSITIONS, JUMP_HOLD_UNTOUCHED, JUMP_WAYS };
+/* The request of that start in a way. place: 2 n zeros, which the request points to. To reach: a constraint counts as one with a set variable where
+ * it has one that moves for another's sake (of w = x', where w is set, x'; so that it moves the y' that goes with it). */
+enum jump_way { JUMP_HOLD_MOVING, JUMP_HOLD_POSITIONS, JUMP_REACH_POSITIONS, JUMP_HOLD_UNTOUCHED, JUMP_REACH, JUMP_WAYS };
 void jump_request(const struct jump *j, const struct jump_at *at, const struct jump_to *to, int way, unsigned char *place, struct traj_request *q);
 bool jump_land(const struct jump_turn *turn, struct jump_to *to, signed char *side, unsigned char *stands, struct sga_error *err);
 

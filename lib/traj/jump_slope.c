@@ -21,6 +21,9 @@
 /* Beside what is added up in them: a function that does not move along the motion; one that does not along a direction; times and values that are one; a function at
  * its zero. */
 static const double AT_REST = 1e-9, STILL = 1e-6, TOGETHER = 1e-7, ON = 1e-11;
+/* Of a motion: how far ahead switches are looked at; of their arguments there: those that are 0 before. How often what is turned may turn others. */
+static const double AHEAD = 1e-8, BESIDE = 1e-3;
+enum { TURNS = 3 };
 /* Of the largest derivative: one that is 0 but for roundings. */
 static const double ROUNDED = 1e-12;
 
@@ -55,7 +58,12 @@ static bool make_tapes(struct jump_slope *s, const struct traj_carried *c, struc
     for (int k = 0; k < s->masses * s->rows.q; k++)
         slope[slopes++] = d->mass[k];
     SGA_FREED int *inputs = field_inputs(c->sys);
-    s->field = tape_of(c, c->sol->field, s->rows.n, err);
+    num_switches_find(&s->switches, c->sys->store, c->sol->field, s->rows.n);
+    s->field = num_tape_new_switched(c->sys->store, &s->switches, c->sol->field, s->rows.n, inputs, c->sys->variables + 1, err);
+    s->switching = s->field && s->switches.count ? tape_of(c, s->switches.argument, s->switches.count, err) : NULL;
+    s->side = sga_calloc((size_t)s->switches.count + 1, 1);
+    if (s->switches.count && !s->switching)
+        return false;
     s->slope = s->field ? tape_of(c, slope, slopes, err) : NULL;
     s->along = sga_calloc((size_t)slopes + 1, sizeof *s->along);
     return s->slope && least_rows_init(&s->rows, c->sys->store, root, roots, inputs, err);
@@ -79,6 +87,9 @@ void jump_slope_free(struct jump_slope *s)
         return;
     least_rows_clear(&s->rows);
     num_tape_free(s->field);
+    num_tape_free(s->switching);
+    num_switches_clear(&s->switches);
+    free(s->side);
     num_tape_free(s->slope);
     free(s->along);
     free(s);
@@ -98,6 +109,48 @@ static double rate_of(const struct jump_slope *s, int root, const double *field,
     return rate;
 }
 
+void jump_slope_came(struct jump_slope *s, const struct jump_at *at)
+{
+    memset(s->side, 0, (size_t)s->switches.count);
+    for (int k = 0; k < s->switches.count && at->piece; k++)
+        for (int i = 0; i < at->piece->helds; i++)
+            if (at->piece->held_argument[i] == s->switches.argument[k])
+                s->side[k] = at->piece->held[i];
+    num_tape_hold(s->field, s->side);
+}
+
+/* What switches are signs of at (t + h, x + h field). */
+static void switching(const struct jump_slope *s, double t, const double *x, double h, const double *field, double *in, double *g)
+{
+    memset(in, 0, ((size_t)s->rows.all + 1) * sizeof *in);
+    for (int k = 0; k < s->rows.n; k++)
+        in[k] = x[k] + (field ? h * field[k] : 0);
+    in[s->rows.all] = t + h;
+    num_tape_eval(s->switching, in, g);
+}
+
+void jump_slope_goes(struct jump_slope *s, double t, const double *x)
+{
+    const struct traj_request *rq = s->of->rq;
+    size_t n = (size_t)s->rows.n, c = (size_t)s->switches.count;
+    num_tape_hold(s->field, NULL);
+    if (!s->switching)
+        return;
+    SGA_ARENA(mem);
+    double *in = sga_zeros(&mem, (size_t)s->rows.all + 1, sizeof *in), *field = sga_zeros(&mem, n + 2 * c + 1, sizeof *field), *g = field + n, *ahead = g + c;
+    double h = AHEAD * (rq->times[rq->samples - 1] - rq->start);
+    switching(s, t, x, 0, NULL, in, g);
+    memset(s->side, 0, c);
+    for (int turn = 0; turn < TURNS; turn++) {       /* which may turn others */
+        switching(s, t, x, 0, NULL, in, ahead);
+        num_tape_eval(s->field, in, field);
+        switching(s, t, x, h, field, in, ahead);
+        for (size_t k = 0; k < c; k++)               /* at their zeros, which roundings have on one side or the other */
+            s->side[k] = (signed char)(fabs(g[k]) <= BESIDE * fabs(ahead[k]) ? (ahead[k] > 0) - (ahead[k] < 0) : 0);
+        num_tape_hold(s->field, s->side);
+    }
+}
+
 /* Values, gradients, slopes and the field at (t, x, S). */
 static bool look(struct jump_slope *s, double t, const double *x, const double *S, double *field)
 {
@@ -112,9 +165,10 @@ static bool changes(const struct jump_slope *s, int e) { return s->of->rq->event
 static bool time_of(const struct jump_slope *s, int e, const struct jump_at *at, const double *field, double *g, double *tau, char *why, size_t size)
 {
     double terms, rate = rate_of(s, e, field, g, &terms);
+    const struct traj_carried *c = s->of->rq->carried;
     bool moves = false;
     for (int d = 0; d < s->rows.q; d++)
-        moves |= s->along[e * s->rows.q + d] != 0;
+        moves |= s->along[e * s->rows.q + d] != 0 || (rate == 0 && !expr_is_zero(c->sys->store, c->rq->slopes->event[e * s->rows.q + d]));
     for (int d = 0; d < s->rows.q; d++)
         tau[d] = moves ? -s->along[e * s->rows.q + d] / rate : 0;
     if (!moves || (fabs(rate) > AT_REST * terms && at->crossing[e]))
@@ -247,6 +301,7 @@ bool jump_slope_starts(const struct jump *j, double t, const double *x, int *eve
     struct jump_slope *s = j->slope;
     SGA_ARENA(mem);
     double *field = sga_zeros(&mem, 2 * (size_t)s->rows.n + 1, sizeof *field);
+    jump_slope_goes(s, t, x);
     bool ok = look(s, t, x, x + s->rows.n, field);
     *event = ok ? first_ambiguous(s, NULL, field, NULL, field + s->rows.n) : -1;
     return *event < 0;
@@ -258,6 +313,7 @@ static bool go_on(struct jump_slope *s, const struct jump_at *at, const double *
     size_t n = (size_t)s->rows.n;
     SGA_ARENA(mem);
     double *field = sga_zeros(&mem, 2 * n + 1, sizeof *field);
+    jump_slope_goes(s, at->t, x);
     least_rows_load(&s->rows, at->t, x, NULL);
     bool ok = num_tape_eval(s->field, s->rows.in, field);
     for (int d = 0; d < s->rows.q; d++)
@@ -279,6 +335,23 @@ static bool go_on(struct jump_slope *s, const struct jump_at *at, const double *
     return e < 0;
 }
 
+/* An event's function jumps over 0: of its time nothing is known but by what it is a function of. */
+static bool jumps_over(const struct jump_turn *turn, const struct jump_slope *s, char *why, size_t size)
+{
+    const struct jump_at *at = turn->before;
+    bool over = false;
+    int e = 0;
+    for (; e < s->of->rq->events && !over; e++)
+        if (at->fired[e] && changes(s, e))
+            jump_function_jumps(turn->from, e, at->t, at->x, NULL, &over);
+    if (!over)
+        return false;
+    char *text = expr_text(s->of->sys->store, s->of->rq->event[e - 1].expression, 120);
+    snprintf(why, size, "at %.10g %.60s jumps over 0, and how the time of that changes with what is differentiated by it does not say: let the event's expression be what changes its sign there", at->t, text);
+    free(text);
+    return true;
+}
+
 bool jump_slope_land(const struct jump_turn *turn, struct jump_to *to, const double *asked, const double *x, int way, struct sga_error *err)
 {
     struct jump_slope *from = turn->from->slope, *s = turn->j->slope;
@@ -287,10 +360,13 @@ bool jump_slope_land(const struct jump_turn *turn, struct jump_to *to, const dou
     double *field = sga_zeros(&mem, (size_t)(from->rows.n + s->rows.q) + 1, sizeof *field), *tau = field + from->rows.n;
     double *y = sga_zeros(&mem, (size_t)(from->rows.n * s->rows.q) + 1, sizeof *y);
     to->slope = sga_calloc((size_t)(s->rows.n * s->rows.q) + 1, sizeof *to->slope);
+    jump_slope_came(from, at);
     if (!look(from, at->t, at->x, at->x + from->rows.n, field)) {
         snprintf(to->why, sizeof to->why, "at %.10g what is set has no derivative", at->t);
         return true;
     }
+    if (jumps_over(turn, from, to->why, sizeof to->why))
+        return true;
     if (!times_of(from, at, field, tau, to->why, sizeof to->why) || !clear_of_knots(from, at, tau, to->why, sizeof to->why) || !assigned(from, at, field, tau, y, to->why, sizeof to->why))
         return true;
     carry(turn->from, turn->j, s->rows.q, y, to->slope);

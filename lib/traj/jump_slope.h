@@ -14,11 +14,15 @@
 
 #include "jump_set.h"
 #include "least_rows.h"
+#include "switches.h"
 
 struct jump_slope {
     const struct jump *of;        /* borrowed */
     struct least_rows rows;       /* events, what they set, masses, then constraints */
     int sets, masses;
+    struct num_switches switches;     /* of the field */
+    struct num_tape *switching;       /* what they are signs of; NULL: there are none */
+    signed char *side;
     struct num_tape *field, *slope;   /* slope: directions of events, of what they set, of masses */
     double *along;
 };
@@ -33,6 +37,9 @@ bool jump_slope_land(const struct jump_turn *turn, struct jump_to *to, const dou
  * does not. */
 bool jump_slope_starts(const struct jump *j, double t, const double *x, int *event);
 
+/* The field from then on: with its switches on the sides that the motion came with to (t, x); on those that it goes on with from there, to its direction. x: of the motion's variables. */
+void jump_slope_came(struct jump_slope *s, const struct jump_at *at);
+void jump_slope_goes(struct jump_slope *s, double t, const double *x);
 /* s->along at what was loaded into the rows last. */
 bool jump_slope_directions(struct jump_slope *s);
 

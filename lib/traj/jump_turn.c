@@ -60,7 +60,7 @@ bool turn_begin(struct turn *s, const struct jump_at *at, struct jump_to *to, st
     s->why[0] = '\0';
     if (!jump_assign(&s->j, at, x, changed, choice, err))
         return false;
-    if (s->slide && !slide_choose(s->slide, &s->j, s->mode, at, choice, s->why, err))
+    if (s->slide && !s->stays && !slide_choose(s->slide, &s->j, s->mode, at, choice, s->why, err))
         return s->why[0];
     if (!m || !memcmp(choice, s->mode->choice, m * sizeof *choice)) {
         memcpy(s->x, x, n * sizeof *x);

@@ -14,6 +14,7 @@ struct turn {
     unsigned char *place;          /* what struct jump_to points to */
     double *x, *was;               /* in the variables of `mode`: set; as they were before */
     struct slide *slide;           /* where switches are modes; or NULL */
+    bool stays;                    /* sides of switches are not taken now */
     char why[256];                 /* after turn_begin and turn_land: not empty: no motion goes on, for this reason */
 };
 

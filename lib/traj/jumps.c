@@ -119,25 +119,6 @@ static void say_limit(struct jump_pass *p, const struct jump_pass *loose)
         snprintf(r->ended_detail + end, sizeof r->ended_detail - end, " (how well the time is known is not)");
 }
 
-/* What happened at surfaces is said by slides. */
-static void drop_turns(struct traj_result *r, const struct traj_request *rq)
-{
-    int kept = 0;
-    for (int i = 0; i < r->happened; i++) {
-        size_t wide = (size_t)r->columns + 1;
-        for (size_t k = 0; k < wide && r->happened_digits && rq->event[r->happening[i].event].turns; k++)
-            free(r->happened_digits[(size_t)i * wide + k]);
-        if (rq->event[r->happening[i].event].turns)
-            continue;
-        if (r->happened_digits)
-            memmove(r->happened_digits + (size_t)kept * wide, r->happened_digits + (size_t)i * wide, wide * sizeof *r->happened_digits);
-        r->happening[kept] = r->happening[i];
-        memmove(r->happened_value + (size_t)kept * (size_t)r->columns, r->happened_value + (size_t)i * (size_t)r->columns, (size_t)r->columns * sizeof(double));
-        kept++;
-    }
-    r->happened = kept;
-}
-
 /* The digits that the errors of the whole leave. */
 static void write_digits(struct jump_pass *p)
 {
@@ -234,7 +215,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
         p.r.shortfall = NULL;
     else if (!p.r.shortfall)
         p.r.shortfall = shortfall_of(worst, late);
-    drop_turns(&p.r, rq);
+    jump_drop_turns(&p.r, rq);
     if (p.fine)
         write_digits(&p);
     p.r.out_of_time = rows_are_kept(rq) && (late || sga_now() >= rq->rows_until);

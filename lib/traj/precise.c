@@ -320,9 +320,13 @@ static void keep_events(struct precise *p, const struct outcome *o, struct traj_
             digits[j + 1] = precise_digits(value[j], all ? 0 : beside + 2 * fabs(other[j].hi));
         }
     }
+    field_keep_held(&p->flow->field, o->path.held, r);
     assert(o->path.reason != ODE_EVENT || o->path.events > 0);
+    int last = o->path.events - 1;
+    while (o->path.reason == ODE_EVENT && last > 0 && !p->rq->event[o->path.event[last].event].stop)
+        last--;                /* others at once with it */
     if (o->path.reason == ODE_EVENT)
-        r->ended_event = o->path.event[o->path.events - 1].event;
+        r->ended_event = o->path.event[last].event;
     free(value);
 }
 

@@ -67,6 +67,7 @@ struct precise_path {
     long steps, refused, evaluations;
     const char *method;        /* that made the steps; static */
     struct precise_event *event; int events; size_t event_cap;
+    signed char *held;         /* by switch of the field: the side that it was held on at the end; or NULL */
     int kept;                  /* events of the steps that were taken */
     int lost;                  /* 1 + the event of the guide that was not seen again; 0: none */
 };

@@ -24,6 +24,11 @@
 /* Up to this part of the step, and of the way to the next event of the same function. */
 #define MOST_REACH 0.1
 #define APART 0.45
+/* Times that a root is found anew on the constraints, and the part of the step that it may move by. */
+enum { REFINED = 3 };
+#define NEAR_ROOT 1e-6
+/* Of a change in a bracket: one that is a jump beside the root. */
+#define MUCH 1e-3
 /* A step's sums are good to so many roundings. */
 #define ROUNDINGS 256.0
 
@@ -126,7 +131,51 @@ static double doubt(const struct look *q, num_dd t, bool rounding)
     return sum;
 }
 
-static bool add(const struct look *q, int direction, num_dd t)
+static num_dd value_at(const struct look *q, num_dd t, const num_dd *x)
+{
+    struct precise *p = q->m->p;
+    for (int j = 0; j <= p->n; j++)
+        num_jet2_input(p->event, j)[0] = j < p->n ? x[j] : t;
+    num_jet2_next(p->event, 0);
+    return num_jet2_root(p->event, q->event)[0];
+}
+
+/* The sign of the function at t, also where x is another by roundings; 0: it has no one sign. */
+static int steady_sign(const struct look *q, num_dd t)
+{
+    const struct precise_march *m = q->m;
+    struct precise *p = m->p;
+    int sign = at(q, t).hi > 0 ? 1 : -1;
+    bool steady = true;
+    for (int j = 0; j < p->n && steady; j++) {
+        double by = ROUNDINGS * NUM_DD_EPSILON * fmax(fabs(q->x[j].hi), fmax(fabs(m->here.x[j].hi), fabs(m->there.x[j].hi)));
+        for (int side = -1; side <= 1; side += 2) {
+            num_jet2_input(p->event, j)[0] = num_dd_add_d(q->x[j], side * by);
+            steady &= num_jet2_next(p->event, 0) && num_jet2_root(p->event, q->event)[0].hi * sign > 0;
+        }
+        num_jet2_input(p->event, j)[0] = q->x[j];
+    }
+    return steady ? sign : 0;
+}
+
+/* How far from t, where the function jumps over 0, roundings of x can make it do so. */
+static double wander(const struct look *q, num_dd t)
+{
+    double step = fabs(num_dd_sub(q->m->there.t, q->m->here.t).hi), s = 16 * NUM_DD_EPSILON * fmax(fabs(t.hi), step);
+    while (s < step && steady_sign(q, num_dd_add_d(t, s)) * steady_sign(q, num_dd_add_d(t, -s)) >= 0)
+        s *= 4;
+    return s;
+}
+
+/* Whether the function jumps over 0 at t: beside it, it changes by much of what it does in the bracket. */
+static bool jumps(const struct look *q, num_dd t, const num_dd b[4])
+{
+    double aside = pow(NUM_DD_EPSILON, 0.75) * fmax(fabs(t.hi), fabs(num_dd_sub(q->m->there.t, q->m->here.t).hi));
+    double change = fabs(num_dd_sub(at(q, num_dd_add_d(t, aside)), at(q, num_dd_add_d(t, -aside))).hi);
+    return num_dd_sub(b[2], b[0]).hi > 4 * aside && change > MUCH * fabs(num_dd_sub(b[3], b[1]).hi);
+}
+
+static bool add(const struct look *q, int direction, num_dd t, bool jump)
 {
     struct precise_march *m = q->m;
     struct precise_path *path = m->path;
@@ -140,10 +189,22 @@ static bool add(const struct look *q, int direction, num_dd t)
     slope.slope = true;
     double rate = fabs(at(&slope, t).hi);
     *e = (struct precise_event){ .event = q->event, .direction = direction, .t = t, .error = INFINITY,
-                                 .floor = direction && rate > 0 ? doubt(q, t, true) / rate : 0,
+                                 .floor = !direction ? 0 : jump ? wander(q, t) : rate > 0 ? doubt(q, t, true) / rate : 0,
                                  .x = sga_malloc((size_t)(m->n + 1) * sizeof *e->x) };
     m->method->value(m->state, m, t, e->x);
-    return precise_project(m->p, t, e->x, m->scale, NULL, &moved, &residual);
+    bool ok = precise_project(m->p, t, e->x, m->scale, NULL, &moved, &residual);
+    /* on the constraints it is a little beside its 0 again */
+    for (int k = 0; k < REFINED && ok && e->floor > 0 && !jump; k++) {
+        num_dd g = value_at(q, e->t, e->x);
+        double back = fabs(g.hi) / rate;
+        if (!(back > e->floor && back <= fabs(num_dd_sub(m->there.t, m->here.t).hi) * NEAR_ROOT))
+            break;
+        num_dd next = num_dd_sub(e->t, num_dd_div(g, at(&slope, e->t)));
+        m->method->value(m->state, m, next, e->x);
+        ok = precise_project(m->p, next, e->x, m->scale, NULL, &moved, &residual);
+        e->t = next;
+    }
+    return ok;
 }
 
 /* A touch where a switch turns, as that of y = |x|: the step's polynomial goes on straight there. It may be there already, or
@@ -161,7 +222,7 @@ static bool touch_at_turn(const struct look *q, double t, double from)
             continue;
         double g = at(q, end[i]->t).hi, least = doubt(q, end[i]->t, false), inside = (i ? -from : from) * m->direction;
         if (fabs(g) <= least)
-            return add(q, 0, end[i]->t);
+            return add(q, 0, end[i]->t, false);
         if (g * at(q, num_dd_add_d(end[i]->t, inside)).hi > 0)
             return true;
     }
@@ -188,7 +249,7 @@ static bool two_passages(const struct look *q, num_dd s, int side, double from, 
         num_dd a = num_dd_add_d(s, -reach), b = num_dd_add_d(s, reach), ga = at(q, a), gb = at(q, b);
         if (ga.hi * side <= 0 && gb.hi * side <= 0) {
             num_dd before = root(q, a, ga, s, g), after = root(q, s, g, b, gb);
-            return q->m->direction > 0 ? add(q, side, before) && add(q, -side, after) : add(q, -side, after) && add(q, side, before);
+            return q->m->direction > 0 ? add(q, side, before, false) && add(q, -side, after, false) : add(q, -side, after, false) && add(q, side, before, false);
         }
         if (reach >= most)
             return false;
@@ -207,7 +268,7 @@ static bool touch(struct look *q, double t, double from, double most)
     if (!found)
         return touch_at_turn(q, t, from);
     if (fabs(g.hi) <= doubt(q, s, false))
-        return add(q, 0, s);
+        return add(q, 0, s, false);
     int side = b[1].hi > b[3].hi ? 1 : -1;
     return g.hi * side < 0 || two_passages(q, s, side, from, most);
 }
@@ -233,7 +294,7 @@ static bool jumped(const struct look *q, int k)
     const struct precise *p = m->p;
     int sense = p->guide->happening[k].direction;
     bool begins = m->passed_knots > 0 && num_dd_sub(m->here.t, p->knot[m->passed_knots - 1]).hi == 0 && is_at(m, k, m->here.t);
-    return begins && at(q, m->here.t).hi * sense * m->direction > 0 && add(q, sense, m->here.t);
+    return begins && at(q, m->here.t).hi * sense * m->direction > 0 && add(q, sense, m->here.t, false);
 }
 
 /* Guide k, in the last step attempted. */
@@ -248,8 +309,10 @@ static bool locate(struct look *q, int k)
         return touch(q, h->t, from, most);
     if (one_of_two(q->m, k, from) && touch_at_turn(q, h->t, from))
         return true;
-    if (bracket(q, h->t, from, most, h->direction, b))
-        return add(q, h->direction, root(q, b[0], b[1], b[2], b[3]));
+    if (bracket(q, h->t, from, most, h->direction, b)) {
+        num_dd t = root(q, b[0], b[1], b[2], b[3]);
+        return add(q, h->direction, t, jumps(q, t, b));
+    }
     return jumped(q, k);
 }
 
@@ -257,6 +320,19 @@ static void forget(struct precise_path *path, int events)
 {
     while (path->events > events)
         free(path->event[--path->events].x);
+}
+
+/* What the guide has at once with the event that stops the motion, which was looked for last, is told beside it where it is seen. */
+static void at_once(struct look *q)
+{
+    struct precise_march *m = q->m;
+    const struct traj_result *g = m->p->guide;
+    double t = g->happening[m->watched - 1].t;
+    for (; m->watched < g->happened && fabs(g->happening[m->watched].t - t) <= LEAST_REACH * fabs(t) && sga_watch_ok(); m->watched++) {
+        int before = m->path->events;
+        if (!locate(q, m->watched))
+            forget(m->path, before);
+    }
 }
 
 bool precise_watch(struct precise_march *m, num_dd *end)
@@ -284,6 +360,8 @@ bool precise_watch(struct precise_march *m, num_dd *end)
             stopped = true;
         }
     }
+    if (stopped && m->p->rq->event_side)
+        at_once(&q);
     free(q.x);
     return stopped;
 }
@@ -300,8 +378,10 @@ void precise_path_clear(struct precise_path *path)
     forget(path, 0);
     free(path->event);
     free(path->sample);
+    free(path->held);
     path->event = NULL;
     path->sample = NULL;
+    path->held = NULL;
 }
 
 void precise_drop_events(struct precise_path *path, double t, double direction)

@@ -62,6 +62,9 @@ void precise_sides_end(struct precise_march *m)
     struct precise_sides *q = &m->sides;
     if (!q->count)
         return;
+    m->path->held = sga_calloc((size_t)q->count + 1, 1);
+    if (!q->natural)
+        memcpy(m->path->held, q->side, (size_t)q->count);
     q->natural = true;
     precise_hold(m);
     free(q->side);

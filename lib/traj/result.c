@@ -62,6 +62,8 @@ void traj_result_clear(struct traj_result *r)
     free(r->leg);
     free(r->slide);
     free(r->happened_value);
+    free(r->held_argument);
+    free(r->held);
     for (size_t i = 0; r->happened_digits && i < (size_t)r->happened * ((size_t)r->columns + 1); i++)
         free(r->happened_digits[i]);
     free(r->happened_digits);

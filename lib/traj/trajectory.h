@@ -35,6 +35,8 @@ struct traj_event {
     bool stop;
     const struct traj_set *set; int sets;   /* 0: none (jumps.h) */
     bool turns;               /* of a surface of struct traj_modes: the motion comes to it, or its slide ends */
+    bool sided;               /* switches that are modes are in it: beyond a surface it may be another function */
+    bool from_flat;           /* the same, and its rate is 0 there too */
     bool from_zero;           /* in balls: it is 0 where a piece begins, exactly */
     int most;                 /* it acts so many times, and is not looked for from then on; 0: always */
 };
@@ -74,6 +76,8 @@ struct traj_modes {
     const struct traj_mode *(*enter)(void *ctx, const int *choice, const struct traj_mode *from, double t, const double *x, struct sga_error *err);
     /* Whether it is right where the motion goes on in it, at x on its final set. NULL: it is. */
     bool (*landed)(void *ctx, const struct traj_mode *mode, double t, const double *x, struct sga_error *err);
+    /* Of modes that are switches: points of `from` at which the function of the surface is 0 are points of `to` as well, as algebra shows. NULL: it was not asked. */
+    bool (*meets)(void *ctx, const struct traj_mode *from, const struct traj_mode *to, int surface);
     void *ctx;
     int surfaces;             /* modes are switches, so many, and none of them is set; 0: they are not. Of all modes of the motion: */
     int own;                  /* events of the request, which come first; then two for each surface: its function, and nothing (0 nowhere), or how far the switch of a
@@ -212,6 +216,7 @@ struct traj_result {
     double *unit;             /* by column: what atol was times; NULL: all 1 */
     struct traj_happening *happening; int happened;   /* in the order of the motion */
     double *happened_value;   /* happened x columns */
+    expr_id *held_argument; signed char *held; int helds;      /* by switch of the equations: what it is the sign of, and the side that it was held on at the end; 0: it was not */
     char **happened_digits;   /* as digits below: happened x (1 + columns), time first; or NULL */
     struct traj_drift *drift; /* by integral of the request; NULL: not computed */
     int ended_event;          /* that stopped it, or -1 */

@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include "parse.h"
+#include "same_sign.h"
 #include "value.h"
 
 static struct expr_store st;
@@ -97,6 +98,87 @@ static void branches(void)
     same("if(1 < 2, x, 1/0.5)", 3, 0, 3);
 }
 
+static bool has_sign(expr_id e)
+{
+    bool has = false;
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(&st, &cone, &e, 1);
+    for (int i = 0; i < cone.count; i++)
+        has |= expr_op_of(&st, cone.list[i]) == EXPR_SIGN;
+    expr_cone_clear(&cone);
+    return has;
+}
+
+/* A product with u and sign(u) does not jump, in whatever order it is written. */
+static void signs(void)
+{
+    static const char *const text[] = { "x*y*sign(x)", "x*sign(x)*y", "sign(x)*y*x", "y*sign(x)*x", "sign(x)*x*y", "y*x*sign(x)", "x*(y*sign(x))", "(sign(x)*y)*x", "y*x^2*sign(x)/x", "sign(x)*(y*x)",
+                                        "x/2*sign(x)*2*y", "-x*sign(x)*(-y)", "(x*y/3)*sign(x)*3", "sign(x)*(x*y/(1 + y^2))*(1 + y^2)" };
+    for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
+        struct sga_error err = { 0 };
+        for (double x = -2; x <= 2; x += 0.5)
+            for (double y = -1.5; y <= 2; y += 1)
+                if (x != 0)
+                    same(text[i], x, y, fabs(x) * y);
+        CHECK(!has_sign(expr_parse(&st, text[i], NULL, &err)), "%s keeps its sign", text[i]);
+    }
+    same("x^2*sign(x)", -3, 0, -9);
+    same("sign(x)*x^3*sign(y)*y", -3, -2, 54);
+    struct sga_error err = { 0 };
+    CHECK(!has_sign(expr_parse(&st, "x^2*sign(x)", NULL, &err)), "x^2*sign(x) jumps nowhere");
+    CHECK(!has_sign(expr_parse(&st, "sign(x)*x^3*sign(y)*y", NULL, &err)), "two signs");
+    CHECK(has_sign(expr_parse(&st, "sign(x)*y", NULL, &err)), "sign(x)*y jumps");
+}
+
+/* Signs of powers and multiples are those of what has a rate at its zero; what is chosen by a sign and does not jump has none. */
+static void bends(void)
+{
+    static const char *const same_node[][2] = { { "sign((x - y)^3)", "sign(x - y)" }, { "sign(-2*x)", "-sign(x)" }, { "sign(3*sinh(x*y))", "sign(x*y)" }, { "sign(sign(x))", "sign(x)" }, { "abs(-3*x)", "3*abs(x)" } };
+    static const char *const smooth[] = { "if(x > y, x, y)", "if(x <= y, x, y)", "if(x < 0, -3*x*y, 0)", "if(x > 0, x, -x)", "if(x >= 1, (x - 1)^2*y + y, y)", "if(not x > 1, y, y + 2*(x - 1))" };
+    static const char *const jump[] = { "if(x > y, x, 0)", "if(x > 0, 1, -1)", "if(x > 0, sqrt(x), 0)", "if(x != 0, x, 0)", "if(x > 0 and y > 0, x, 0)" };
+    struct sga_error err = { 0 };
+    for (size_t i = 0; i < sizeof same_node / sizeof *same_node; i++)
+        CHECK(expr_parse(&st, same_node[i][0], NULL, &err) == expr_parse(&st, same_node[i][1], NULL, &err), "%s", same_node[i][0]);
+    for (size_t i = 0; i < sizeof smooth / sizeof *smooth; i++)
+        CHECK(!has_sign(expr_parse(&st, smooth[i], NULL, &err)), "%s jumps", smooth[i]);
+    for (size_t i = 0; i < sizeof jump / sizeof *jump; i++)
+        CHECK(has_sign(expr_parse(&st, jump[i], NULL, &err)), "%s does not jump", jump[i]);
+    for (double x = -2; x <= 2; x += 0.5)
+        for (double y = -2; y <= 2; y += 0.5) {
+            same("if(x > y, x, y)", x, y, fmax(x, y));
+            same("if(x <= y, x, y)", x, y, fmin(x, y));
+            same("if(x < 0, -3*x*y, 0)", x, y, x < 0 ? -3 * x * y : 0);
+            same("if(x >= 1, (x - 1)^2*y + y, y)", x, y, x >= 1 ? (x - 1) * (x - 1) * y + y : y);
+            same("if(not x > 1, y, y + 2*(x - 1))", x, y, x > 1 ? y + 2 * (x - 1) : y);
+            same("if(y - x > 0, 2*(x - y), 0)", x, y, y > x ? 2 * (x - y) : 0);
+            same("if(x > 0 and y > 0, x, 0)", x, y, x > 0 && y > 0 ? x : 0);
+        }
+}
+
+/* What an event's function is replaced by: its zeros and signs stay. */
+static void same_signs(void)
+{
+    static const char *const text[][2] = { { "(x + y)^3", "x + y" }, { "-(x - 2*y)", "2*y - x" }, { "3*sinh(x + y)", "x + y" }, { "-(x + y)*abs(x + y)/5", "-x - y" }, { "sign(x - 1)", "x - 1" },
+                                           { "if(x > y, 3, -1/7)", "x - y" }, { "if(x > y, -3, 1/7)", "y - x" }, { "step(x)*3 - 1", "x" }, { "2*sign(x + y) - 1", "x + y" }, { "cbrt(x)^5", "x" },
+                                           { "atan(sign(x)^3)", "x" } };
+    static const char *const stays[] = { "x^2", "sign(x) + 2", "sign(x) + y/10", "step(x)", "sign(x)*sign(y)", "sign(max(x, 0)) - 1/2", "x/abs(x)", "x*y", "exp(x)", "5", "tan(x)", "x^(-3)" };
+    struct sga_error err = { 0 };
+    for (size_t i = 0; i < sizeof text / sizeof *text; i++) {
+        expr_id e = expr_parse(&st, text[i][0], NULL, &err), to = expr_same_sign(&st, e);
+        CHECK(!has_sign(to), "%s jumps", text[i][0]);
+        for (double x = -2; x <= 2; x += 0.25)
+            for (double y = -1.5; y <= 2; y += 0.5) {
+                double at[] = { x, y }, other = value(text[i][1], x, y), got = expr_value(to, at);
+                CHECK((got > 0) == (other > 0) && (got < 0) == (other < 0), "%s at %g, %g: %g beside %g", text[i][0], x, y, got, other);
+            }
+    }
+    for (size_t i = 0; i < sizeof stays / sizeof *stays; i++) {
+        expr_id e = expr_parse(&st, stays[i], NULL, &err);
+        CHECK(e && expr_same_sign(&st, e) == e, "%s does not stay", stays[i]);
+    }
+}
+
 static void refused(const char *text, enum sga_code code, int column)
 {
     struct sga_error err = { 0 };
@@ -134,6 +216,9 @@ int main(void)
     expr_symbol_add(&st, "y", EXPR_VARIABLE);
     comparisons();
     branches();
+    signs();
+    same_signs();
+    bends();
     refusals();
     own_names();
     expr_store_clear(&st);

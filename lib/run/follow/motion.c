@@ -2,8 +2,10 @@
 #include "run_job.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arena.h"
 #include "budget.h"
@@ -24,6 +26,8 @@
 #include "system.h"
 #include "tradeoff.h"
 
+/* Of the time gone: ends of a motion that are one. */
+static const double SAME_END = 1e-9;
 /* Down to this the automatic choice is double, and stays it. */
 static const double DOUBLE_SUFFICES = 1e-9;
 
@@ -70,8 +74,52 @@ static bool better(const struct traj_result *next, const struct traj_result *r)
     return !r->rounded || !next->ended || next->rows >= r->rows;
 }
 
+/* What a motion goes through in pieces: at the most one of modes and slides is not NULL. sides: of switches, in balls. */
+struct pieces { struct job *j; struct modes *modes; struct slides *slides, *sides; struct sga_arena *mem; };
+
+static bool ends_at_switch(const struct sga_solution *solution, const struct traj_request *r, const struct traj_result *t)
+{
+    bool other = r->modes || r->rates || r->conditions || solution->free_columns;
+    return r->arithmetic == TRAJ_BALL && t->ended && !t->out_of_time && !other && !strcmp(t->ended_reason, "not_enclosed");
+}
+
+static bool comes_further(const struct traj_request *r, const struct traj_result *next, const struct traj_result *t)
+{
+    if (!next->ended || next->rows != t->rows)
+        return !next->ended || next->rows > t->rows;
+    bool says = strcmp(next->ended_reason, "not_enclosed") != 0;     /* why the motion ends, which is more */
+    double went = fabs(t->ended_t - r->start), goes = fabs(next->ended_t - r->start);
+    return goes > went || (says && goes >= went * (1 - SAME_END));
+}
+
+/* In balls a motion of this system (the job's own, or that of a set of a sweep) that ends where a switch turns goes on by the sides of its switches, each a system of its own. */
+static void go_by_sides(void *of, const struct sys_system *sys, const struct sga_solution *solution, const struct traj_request *r, struct traj_result *t)
+{
+    struct pieces *p = of;
+    struct job *j = p->j;
+    bool own = !j->request->sweeps;
+    if (!ends_at_switch(solution, r, t) || !job_goes_on(j))
+        return;
+    struct traj_request sides = *r;
+    struct traj_result again;
+    struct sga_error ignored = { 0 };
+    j->slides.in_balls = true;
+    if (!p->sides && !slides_begin(j, solution, &sides, p->mem, &p->sides))
+        return;
+    const struct traj_request *q = own ? &sides : slides_set(p->sides, sys, solution, r, &ignored);
+    bool found = q && q->modes && (own ? answer_integrate(j, solution, q, &again, &ignored) : traj_run(sys, solution, q, &again, &ignored)), further = found && comes_further(r, &again, t);
+    if (found)
+        traj_result_clear(further ? t : &again);
+    if (further)
+        *t = again;
+    if (!found && ignored.code == SGA_E_NO_MOTION && t->ended_t == r->start)
+        snprintf(t->ended_detail, sizeof t->ended_detail, "%.250s", ignored.detail);      /* which says more */
+    j->slides.begin = own && further ? slides_begin : NULL;
+    j->slides.in_balls = own && further;
+}
+
 /* Where double turns out not to suffice, exact values are made after all, and longer numbers are tried. */
-static bool integrate(struct job *j, const struct sga_solution *solution, struct traj_request *r)
+static bool integrate(struct job *j, const struct sga_solution *solution, struct traj_request *r, struct pieces *pieces)
 {
     j->trajectory = sga_zeros(&j->mem, 1, sizeof *j->trajectory);
     if (!answer_integrate(j, solution, r, j->trajectory, j->err)) {
@@ -79,6 +127,9 @@ static bool integrate(struct job *j, const struct sga_solution *solution, struct
         return false;
     }
     struct traj_result *t = j->trajectory;
+    go_by_sides(pieces, &j->request->system, solution, r, t);
+    if (r->arithmetic == TRAJ_BALL)
+        return job_goes_on(j);
     if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !(t->shortfall || t->rounded) || t->beside || t->out_of_time)
         return true;
     struct traj_result again;
@@ -119,9 +170,6 @@ static bool tradeoff(struct job *j, const struct sga_solution *solution, struct 
     return true;
 }
 
-/* What a motion goes through in pieces: at the most one of them is not NULL. */
-struct pieces { struct modes *modes; struct slides *slides; };
-
 static const struct traj_request *set_pieces(void *of, int set, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err)
 {
     struct pieces *p = of;
@@ -142,11 +190,13 @@ static void unset_pieces(void *of)
     struct pieces *p = of;
     if (p->slides)
         slides_unset(p->slides);
+    if (p->sides)
+        slides_unset(p->sides);
 }
 
 static bool sweep(struct job *j, const struct sga_solution *solution, struct traj_request *r, struct pieces *pieces)
 {
-    bool ok = answer_sweep(j, solution, r, (struct sweep_modes){ pieces, set_pieces, tell_pieces, unset_pieces, pieces->modes || pieces->slides });
+    bool ok = answer_sweep(j, solution, r, (struct sweep_modes){ pieces, set_pieces, go_by_sides, tell_pieces, unset_pieces, pieces->modes || pieces->slides });
     if (ok && r->rows_until > 0 && sga_now() >= r->rows_until)
         job_ends(j);
     return ok;
@@ -166,7 +216,7 @@ static bool run(struct job *j, const struct sga_solution *solution, struct point
         return sweep(j, solution, r, pieces);
     if (j->request->want & REQUEST_TRAJECTORY) {
         stage_begin(j->clock, STAGE_TRAJECTORY);
-        if (!integrate(j, solution, r))
+        if (!integrate(j, solution, r, pieces))
             return false;
         if (j->trajectory->out_of_time)
             job_ends(j);
@@ -188,6 +238,7 @@ bool answer_own_motion(struct job *j)
     const struct request_trajectory *t = &j->request->trajectory;
     j->slides.begin = t->sliding ? slides_begin : NULL;
     j->slides.end = slides_end;
+    j->slides.in_balls = t->sliding && j->request->accuracy.arithmetic == REQUEST_BALL;
     if (!(j->request->want & (REQUEST_TRAJECTORY | REQUEST_TRADEOFF | REQUEST_CONSISTENT_INITIAL)))
         return true;
     if (j->solution->verdict == SGA_INCONSISTENT && !j->request->swept_count)
@@ -222,7 +273,7 @@ bool answer_own_motion(struct job *j)
     if (r.arithmetic != TRAJ_DOUBLE && (tradeoff || r.arithmetic != TRAJ_AUTO || r.rtol < DOUBLE_SUFFICES))
         exact_values(j, &r);
     bool ok;
-    struct pieces pieces = { .modes = modes_begin(j, &r, &mem) };
+    struct pieces pieces = { .j = j, .modes = modes_begin(j, &r, &mem), .mem = &mem };
     if (!slides_begin(j, j->solution, &r, &mem, &pieces.slides)) {
         ok = false;
     } else if (t->conditions) {
@@ -236,6 +287,7 @@ bool answer_own_motion(struct job *j)
     }
     modes_end(pieces.modes, ok);
     slides_end(pieces.slides, ok);
+    slides_end(pieces.sides, false);
     free((expr_id *)r.exact_initial);
     free((expr_id *)r.exact_time);
     return ok;

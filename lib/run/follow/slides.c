@@ -14,6 +14,7 @@
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
+#include "poly.h"
 #include "print.h"
 #include "reduction.h"
 #include "request.h"
@@ -47,6 +48,7 @@ struct slides {
     struct traj_modes of;
     struct traj_mode start;
     int *symbol;              /* by surface: what stands for its switch on a slide; -1: there was none yet */
+    struct meeting *meetings;
     struct made *first, **last;
     int count;                /* with the start */
 };
@@ -149,6 +151,7 @@ static void make_lists(struct slides *s, struct traj_request *rq, const int *cho
     for (int e = 0; e < events; e++) {
         event[e] = own->event[e];
         surfaces_put(&s->s, value, &event[e].expression, 1);
+        event[e].sided = event[e].expression != own->event[e].expression;
     }
     for (int k = 0; k < surfaces; k++) {
         struct traj_event *low = event + events + 2 * k, *high = low + 1;
@@ -220,7 +223,7 @@ static bool reduce(struct slides *s, struct made *m, double t, const double *x, 
     struct sga_error why = { 0 };
     memcpy(near, x, own * sizeof *near);
     guess_complete(&m->sys, moving, t, tables, near);
-    struct reduction_options options = { .near = near, .near_given = moving, .near_time = t, .parameter_near = tables, .seed = SGA_SEED_MOTION, .budget = j->budget,
+    struct reduction_options options = { .near = near, .near_only = true, .near_given = moving, .near_time = t, .parameter_near = tables, .seed = SGA_SEED_MOTION, .budget = j->budget,
                                          .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
     points_oracle_init(&m->oracle, 20250103);
     m->reduced = true;
@@ -253,8 +256,12 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
         sliding[k] = choice[k] == TRAJ_ALONG ? variable++ : -1;
     *s->last = m;
     s->last = &m->next;
-    values_of(s, choice, value);
     m->mode = (struct traj_mode){ .sys = &m->sys, .rq = &m->rq, .choice = own, .sliding = sliding, .place = s->count++ };
+    if (variable > s->sys->variables && !s->j->request->trajectory.sliding) {
+        m->mode.why = "beyond a surface where a switch jumps the motion may go on along it, which trajectory.sliding allows";
+        return &m->mode;
+    }
+    values_of(s, choice, value);
     bool defined = make_system(s, m, choice, value);
     if (!defined)
         m->mode.why = "the motion would slide along a surface where coefficients of derivatives jump: between both sides they have no value by Filippov's rule";
@@ -266,6 +273,29 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
         ok = false;
     }
     return ok ? &m->mode : NULL;
+}
+
+/* Whether it does, of two modes; each pair is looked at once. */
+struct meeting { const struct traj_mode *from, *to; int surface; bool meets; struct meeting *next; };
+
+static bool meets(void *ctx, const struct traj_mode *from, const struct traj_mode *to, int surface)
+{
+    struct slides *s = ctx;
+    for (const struct meeting *m = s->meetings; m; m = m->next)
+        if (m->from == from && m->to == to && m->surface == surface)
+            return m->meets;
+    struct meeting *m = sga_zeros(s->mem, 1, sizeof *m);
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, s->j->budget);
+    *m = (struct meeting){ from, to, surface, true, s->meetings };
+    s->meetings = m;
+    int count = from->sol->constraints;
+    SGA_FREED expr_id *given = sga_malloc(((size_t)count + 1) * sizeof *given);
+    for (int i = 0; i < count; i++)
+        given[i] = from->sol->constraint[i].expr;
+    given[count] = from->surface[surface];
+    for (int i = 0; i < to->sol->constraints && m->meets; i++)
+        m->meets = poly_vanishes_with(s->sys->store, to->sol->constraint[i].expr, given, count + 1, &limits);
+    return m->meets;
 }
 
 /* What the switches of a request stand in besides its system. */
@@ -289,8 +319,11 @@ static bool build(struct slides *s, const struct sys_system *sys, const struct s
     s->rq.events = s->events;     /* those of surfaces, of another set, come after them */
     s->count = 1;
     s->first = NULL;
+    s->meetings = NULL;
     s->last = &s->first;
-    surfaces_find(&s->s, sys, beside, list_beside(&s->rq, beside), s->mem);
+    const struct surfaces_every every = { solution, rq->on, rq->start, s->j->budget };
+    bool sliding = s->j->request->trajectory.sliding;
+    surfaces_find(&s->s, sys, beside, sliding ? list_beside(&s->rq, beside) : 0, s->j->slides.in_balls ? &every : NULL, s->mem);
     if (!s->s.count)
         return true;
     if (solution->free_columns)
@@ -309,7 +342,7 @@ static bool build(struct slides *s, const struct sys_system *sys, const struct s
         choice[k] = TRAJ_AS_WRITTEN;
         none[k] = s->symbol[k] = -1;
     }
-    s->of = (struct traj_modes){ .modes = (int)surfaces, .name = name, .value = value, .values = values, .start = &s->start, .enter = enter, .ctx = s, .surfaces = (int)surfaces, .own = s->events };
+    s->of = (struct traj_modes){ .modes = (int)surfaces, .name = name, .value = value, .values = values, .start = &s->start, .enter = enter, .meets = meets, .ctx = s, .surfaces = (int)surfaces, .own = s->events };
     struct traj_request asked = s->rq;
     make_lists(s, &s->rq, choice, written, none, sys, &surface);
     s->rq.output = asked.output;
@@ -338,7 +371,7 @@ bool slides_begin(struct job *j, const struct sga_solution *solution, struct tra
 {
     const struct request *q = j->request;
     *out = NULL;
-    if (!q->trajectory.sliding || j->place.depth || !(q->want & (REQUEST_TRAJECTORY | REQUEST_FIT)))
+    if (!(q->trajectory.sliding || j->slides.in_balls) || j->place.depth || !(q->want & (REQUEST_TRAJECTORY | REQUEST_FIT)))
         return true;
     struct slides *s = *out = sga_zeros(mem, 1, sizeof *s);
     *s = (struct slides){ .j = j, .mem = mem, .sys = &q->system, .rq = *rq, .events = rq->events };

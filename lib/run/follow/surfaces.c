@@ -9,6 +9,8 @@
 #include "arena.h"
 #include "derive.h"
 #include "mem.h"
+#include "poly.h"
+#include "reduction.h"
 #include "system.h"
 #include "tape.h"
 
@@ -39,8 +41,8 @@ static void find_jumping(const struct surfaces *s, const expr_id *root, int root
     expr_cone_clear(&below);
 }
 
-/* Values of all arguments at POINTS points (argument by argument), malloced; NULL: not all symbols have values. */
-static double *values_of(const struct surfaces *s)
+/* Values of all arguments at POINTS points, and then at one on the constraints, if there is one (argument by argument), malloced; NULL: not all symbols have values. */
+static double *values_of(const struct surfaces *s, const struct surfaces_every *every)
 {
     const struct sys_system *sys = s->sys;
     struct sga_error ignored = { 0 };
@@ -53,13 +55,14 @@ static double *values_of(const struct surfaces *s)
     if (!tape)
         return NULL;
     SGA_FREED double *in = sga_malloc(((size_t)n + 1) * sizeof *in), *out = sga_malloc(((size_t)count + 1) * sizeof *out);
-    double *value = sga_malloc(((size_t)count * POINTS + 1) * sizeof *value);
-    for (int p = 0; p < POINTS; p++) {
+    double *value = sga_malloc(((size_t)count * (POINTS + 1) + 1) * sizeof *value);
+    for (int p = 0; p <= POINTS; p++) {
+        bool on = p == POINTS && every && every->x;
         for (int k = 0; k <= n; k++)
-            in[k] = fmod(0.6180339887498949 * (k + 1) + 0.3819660112501051 * (p + 1) * (k + 2), 1) + 0.2 * p - 0.4;
+            in[k] = on ? k < n ? every->x[k] : every->t : fmod(0.6180339887498949 * (k + 1) + 0.3819660112501051 * (p + 1) * (k + 2), 1) + 0.2 * p - 0.4;
         num_tape_eval(tape, in, out);
         for (int k = 0; k < count; k++)
-            value[k * POINTS + p] = out[k];
+            value[k * (POINTS + 1) + p] = out[k];
     }
     num_tape_free(tape);
     return value;
@@ -70,7 +73,7 @@ static int multiple(const double *value, int a, int b)
 {
     double ratio = NAN;
     for (int p = 0; p < POINTS; p++) {
-        double q = value[a * POINTS + p] / value[b * POINTS + p];
+        double q = value[a * (POINTS + 1) + p] / value[b * (POINTS + 1) + p];
         if (!isfinite(q) || q == 0 || (p && fabs(q - ratio) > ALIKE * fabs(ratio)))
             return 0;
         ratio = p ? ratio : q;
@@ -78,11 +81,26 @@ static int multiple(const double *value, int a, int b)
     return ratio > 0 ? 1 : -1;
 }
 
+/* The same, where the constraints hold. */
+static int multiple_on(const struct surfaces *s, const struct surfaces_every *every, const double *value, int a, int b)
+{
+    if (!every || !every->x || !value)
+        return 0;
+    SGA_ARENA(mem);
+    struct poly_limits limits = poly_limits_of(POLY_AMPLE, every->budget);
+    expr_id *given = sga_take(&mem, ((size_t)every->sol->constraints + 1) * sizeof *given);
+    for (int i = 0; i < every->sol->constraints; i++)
+        given[i] = every->sol->constraint[i].expr;
+    double ratio = value[a * (POINTS + 1) + POINTS] / value[b * (POINTS + 1) + POINTS];
+    return poly_is_multiple(s->sys->store, s->w.argument[a], s->w.argument[b], ratio, given, every->sol->constraints, &limits);
+}
+
 /* The switch's surface among those there are; false: none. */
-static bool join(struct surfaces *s, const double *value, const int *first, int k)
+static bool join(struct surfaces *s, const struct surfaces_every *every, const double *value, const int *first, int k)
 {
     for (int i = 0; i < s->count; i++) {
         int sign = s->w.argument[k] == s->function[i] ? 1 : value ? multiple(value, k, first[i]) : 0;
+        sign = sign ? sign : multiple_on(s, every, value, k, first[i]);
         if (!sign)
             continue;
         s->of[k] = i;
@@ -92,7 +110,7 @@ static bool join(struct surfaces *s, const double *value, const int *first, int 
     return false;
 }
 
-void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_id *beside, int besides, struct sga_arena *mem)
+void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_id *beside, int besides, const struct surfaces_every *every, struct sga_arena *mem)
 {
     expr_id *root;
     int roots = sys_expressions(sys, &root);
@@ -109,11 +127,14 @@ void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_
     s->sign = sga_zeros(mem, count + 1, sizeof *s->sign);
     SGA_FREED unsigned char *jumps = sga_calloc(count + 1, 1);
     SGA_FREED int *first = sga_calloc(count + 1, sizeof *first);
-    SGA_FREED double *value = count ? values_of(s) : NULL;
-    find_jumping(s, root, roots, jumps);
+    SGA_FREED double *value = count ? values_of(s, every) : NULL;
+    if (every)
+        memset(jumps, 1, count);
+    else
+        find_jumping(s, root, roots, jumps);
     for (int k = 0; k < s->w.count; k++) {
         s->of[k] = -1;
-        if (!jumps[k] || join(s, value, first, k))
+        if (!jumps[k] || join(s, every, value, first, k))
             continue;
         first[s->count] = k;
         s->function[s->count] = s->w.argument[k];
@@ -122,7 +143,7 @@ void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_
     }
     for (int k = 0; k < s->w.count; k++)
         if (s->of[k] < 0)
-            join(s, value, first, k);
+            join(s, every, value, first, k);
     for (int k = 0; k < s->w.count; k++)
         assert(s->of[k] < s->count && (s->of[k] < 0 || s->sign[k]));
     free(root);

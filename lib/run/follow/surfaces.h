@@ -5,6 +5,8 @@
 #include "switches.h"
 
 struct sga_arena;
+struct sga_budget;
+struct sga_solution;
 struct sys_system;
 
 struct surfaces {
@@ -16,8 +18,10 @@ struct surfaces {
 };
 
 /* Those of sign, and of abs in a divisor (functions of time too: where they jump, slides may end): arguments that are multiples of each other have one surface. Switches of abs, min
- * and max with the same surface are of it too, and those of expressions beside the system. In mem, but for w. */
-void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_id *beside, int besides, struct sga_arena *mem);
+ * and max with the same surface are of it too, and those of expressions beside the system. every (or NULL): all switches have one, and those are one that are multiples where the constraints hold, as they are at the
+ * point x (or NULL) at time t. In mem, but for w. */
+struct surfaces_every { const struct sga_solution *sol; const double *x; double t; const struct sga_budget *budget; };
+void surfaces_find(struct surfaces *s, const struct sys_system *sys, const expr_id *beside, int besides, const struct surfaces_every *every, struct sga_arena *mem);
 void surfaces_clear(struct surfaces *s);
 /* Expressions with the switch of each surface replaced by value[surface], in place (EXPR_UNDEF: it stays as it is). */
 void surfaces_put(const struct surfaces *s, const expr_id *value, expr_id *e, int count);

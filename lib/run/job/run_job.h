@@ -126,9 +126,10 @@ struct job {
     struct {                      /* by slide of the trajectory, where slides were asked for */
         char **surface;           /* its function's text */
         int *dimension, *generations;   /* of the reduction of the system that slides */
-        /* slides_begin and slides_end (slides.h), for who makes such a motion of another job: its derivatives. NULL: slides were not asked for */
+        /* slides_begin and slides_end (slides.h), for who makes such a motion of another job: its derivatives. NULL: no motion goes by its switches */
         bool (*begin)(struct job *j, const struct sga_solution *solution, struct traj_request *rq, struct sga_arena *mem, struct slides **out);
         void (*end)(struct slides *s, bool ok);
+        bool in_balls;            /* each switch is told from its sides, ones that do not jump too: in balls no motion passes one otherwise */
     } slides;
     char *sweep;                  /* JSON: those of a sweep, or NULL */
     bool one_of_many;             /* its time is what others have left: it is not extended (job_ends) */

@@ -68,6 +68,7 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
 {
     struct sweep_case c;
     struct sga_error general = { 0 };
+    const struct sga_solution *of = &c.solution;
     int set = (int)(m - j->request->sweep);
     bool ok = sweep_case_make(&c, j, s, r, m, err);
     const struct traj_request *q = ok && c.solved ? modes.set(modes.of, set, &c.system, &c.solution, &c.request, &general) : NULL;
@@ -79,11 +80,14 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     }
     if (ok && !found && job_goes_on(j)) {
         *analysis = "own";
+        of = &c.own;
         q = sweep_case_solve(&c, j, r->initial, err) ? modes.set(modes.of, set, &c.system, &c.own, &c.request, err) : NULL;
         found = q && traj_run(&c.system, &c.own, q, j->trajectory, err);
     }
-    if (found)
+    if (found) {
+        modes.further(modes.of, &c.system, of, q, j->trajectory);
         modes.tell(modes.of);
+    }
     modes.unset(modes.of);
     sweep_case_clear(&c);
     return found;
@@ -94,8 +98,10 @@ static bool from_start(struct job *j, const struct sga_solution *s, const struct
 {
     const struct traj_request *q = modes.set(modes.of, (int)(m - j->request->sweep), &j->request->system, s, r, err);
     bool found = q && answer_integrate(j, s, q, j->trajectory, err);
-    if (found)
+    if (found) {
+        modes.further(modes.of, &j->request->system, s, q, j->trajectory);
         modes.tell(modes.of);
+    }
     modes.unset(modes.of);
     return found;
 }

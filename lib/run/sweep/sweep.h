@@ -12,12 +12,15 @@ struct sga_json;
 struct sga_solution;
 struct sys_system;
 struct traj_request;
+struct traj_result;
 
 /* What a set with modes (of events, or switches that slide) needs of the floor above: modes.h, slides.h. */
 struct sweep_modes {
     void *of;
     /* A set begins, of this system: the request that is followed; NULL with err. */
     const struct traj_request *(*set)(void *of, int set, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct sga_error *err);
+    /* Its motion is there: one that comes further may take its place. */
+    void (*further)(void *of, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r);
     void (*tell)(void *of);      /* its motion is there, */
     void (*unset)(void *of);     /* and its system ends */
     bool keeps;                  /* the job keeps what it is told */

@@ -10,6 +10,7 @@
 #include "budget.h"
 #include "buf.h"
 #include "mem.h"
+#include "points.h"
 #include "run_job.h"
 #include "stage_clock.h"
 #include "system.h"
@@ -238,7 +239,13 @@ static bool run(struct asked *a)
     if (!vary_model_make(&a->model, j, open, s->parameters, PLACE) || !general(a) || !set_directions(a))
         return false;
     a->model.rq.samples = j->trajectory->rows;
-    if (!vary_slides_new(j, &a->model, &a->model.rq, a->by, a->directions, &a->slides) || !make_variation(a))
+    const double *on = a->model.rq.on;
+    const struct points_oracle *o = a->model.job.oracle;
+    /* Where switches are looked for at points of the constraints, the points are of the model's own variables. */
+    a->model.rq.on = o && o->reals && o->real[0].variables == a->model.request.system.variables ? o->real[0].x : j->trajectory->initial;
+    bool sliding = vary_slides_new(j, &a->model, &a->model.rq, a->by, a->directions, &a->slides);
+    a->model.rq.on = on;
+    if (!sliding || !make_variation(a))
         return false;
     expr_id *parameter = sga_zeros(&a->mem, (size_t)a->model.request.swept_count + 1, sizeof *parameter);
     for (int i = 0; i < a->model.request.swept_count; i++)

@@ -163,8 +163,10 @@ static bool run_from_solved(struct vary_motion *to, struct variation *v, const s
     }
     if (run(p, &to->result, err))
         return true;
-    /* in balls values that are given have all digits, and may be off the constraints by what doubles do not tell */
-    *placed = !(c->request.arithmetic == TRAJ_BALL && err->code == SGA_E_INITIAL);
+    /* longer numbers have all digits of values that are given, which may be off the constraints by what doubles do not tell, and more of them than the constraints leave */
+    bool off = (c->request.arithmetic == TRAJ_BALL && err->code == SGA_E_INITIAL)
+               || (c->request.arithmetic == TRAJ_DOUBLE_DOUBLE && err->code == SGA_E_NOT_SUPPORTED && !strcmp(err->pointer, "/trajectory/initial"));
+    *placed = !off;
     *err = *placed ? *err : (struct sga_error){ 0 };
     return false;
 }

@@ -90,6 +90,20 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
     return !m->sol || make(s, r, err) ? &r->mode : NULL;
 }
 
+static const struct traj_mode *general_of(const struct vary_slides *s, const struct traj_mode *mode)
+{
+    const struct reached *r = s->first;
+    while (r && &r->mode != mode)
+        r = r->next;
+    return r ? r->general : s->general->start;
+}
+
+static bool meets(void *ctx, const struct traj_mode *from, const struct traj_mode *to, int surface)
+{
+    const struct vary_slides *s = ctx;
+    return s->general->meets(s->general->ctx, general_of(s, from), general_of(s, to), surface);
+}
+
 /* The reduction for general values of the parameters is that at these. */
 static bool landed(void *ctx, const struct traj_mode *mode, double t, const double *x, struct sga_error *err)
 {
@@ -113,6 +127,7 @@ bool vary_slides_new(struct job *j, struct vary_model *model, struct traj_reques
     struct vary_slides *s = *out = sga_calloc(1, sizeof *s);
     *s = (struct vary_slides){ .j = j, .model = model, .by = by, .directions = directions };
     s->last = &s->first;
+    model->job.slides.in_balls = j->slides.in_balls;
     if (!j->slides.begin(&model->job, model->solution, rq, &s->mem, &s->slides))
         return false;
     s->general = rq->modes;
@@ -121,6 +136,7 @@ bool vary_slides_new(struct job *j, struct vary_model *model, struct traj_reques
         s->of.start = &s->start;
         s->of.enter = enter;
         s->of.landed = landed;
+        s->of.meets = meets;
         s->of.ctx = s;
     }
     return true;
