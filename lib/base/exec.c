@@ -20,7 +20,11 @@ struct sga_exec {
     size_t bytes;
     bool refused;              /* pages cannot be made executable here */
     int pages;
-    int *length;               /* by page: pages of the piece that begins here, or 0 */
+    struct piece {
+        int pages, users;      /* 0 pages: none begins here; 0 users: kept for who makes the same again, until its room is wanted */
+        uint64_t hash;
+        size_t bytes;
+    } *piece;                  /* by page */
 };
 
 #if defined(__x86_64__) && defined(__linux__)
@@ -47,7 +51,7 @@ struct sga_exec *sga_exec_new(size_t bytes)
     m->bytes = size;
     m->pages = (int)(size / PAGE);
     assert((uintptr_t)m->base % size == 0 && m->base + size <= m->mapped + m->reserved);
-    m->length = sga_calloc((size_t)m->pages, sizeof *m->length);
+    m->piece = sga_calloc((size_t)m->pages, sizeof *m->piece);
     return m;
 }
 
@@ -56,7 +60,7 @@ void sga_exec_free(struct sga_exec *m)
     if (!m)
         return;
     munmap(m->mapped, m->reserved);
-    free(m->length);
+    free(m->piece);
     free(m);
 }
 
@@ -66,15 +70,50 @@ void sga_exec_range(const struct sga_exec *m, void **base, size_t *bytes)
     *bytes = m->bytes;
 }
 
-/* The first of so many pages in a row that are free, or -1. */
+/* The first of so many pages in a row that nobody uses, or -1. */
 static int find_room(const struct sga_exec *m, int pages)
 {
-    for (int from = 0, i; from + pages <= m->pages; from = i + m->length[i]) {
-        for (i = from; i < from + pages && !m->length[i];)
+    for (int from = 0, i; from + pages <= m->pages; from = i + m->piece[i].pages) {
+        for (i = from; i < from + pages && !m->piece[i].users;)
             i++;
         if (i == from + pages)
             return from;
     }
+    return -1;
+}
+
+/* Room where nothing is kept, or else where what is kept goes. */
+static int take_room(struct sga_exec *m, int pages)
+{
+    int run = 0;
+    for (int i = 0; i < m->pages && run < pages; i += m->piece[i].pages ? m->piece[i].pages : 1) {
+        run = m->piece[i].pages ? 0 : run + 1;
+        if (run == pages)
+            return i + 1 - pages;
+    }
+    int first = find_room(m, pages);
+    for (int i = 0; i < m->pages && first >= 0; i++) {
+        const struct piece *q = m->piece + i;
+        if (q->pages && i < first + pages && i + q->pages > first)
+            m->piece[i] = (struct piece){ 0 };
+    }
+    return first;
+}
+
+static uint64_t hash_of(const unsigned char *code, size_t bytes)
+{
+    uint64_t h = 1469598103934665603u;
+    for (size_t i = 0; i < bytes; i++)
+        h = (h ^ code[i]) * 1099511628211u;
+    return h;
+}
+
+/* The same code as was added before, or -1. */
+static int find_same(const struct sga_exec *m, const void *code, size_t bytes, uint64_t hash)
+{
+    for (int i = 0; i < m->pages; i += m->piece[i].pages ? m->piece[i].pages : 1)
+        if (m->piece[i].bytes == bytes && m->piece[i].hash == hash && memcmp(m->base + (size_t)i * PAGE, code, bytes) == 0)
+            return i;
     return -1;
 }
 
@@ -90,9 +129,15 @@ static bool make_executable(unsigned char *at, int pages)
 
 const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
 {
-    if (m->refused || bytes == 0 || bytes > m->bytes)
+    if (bytes == 0 || bytes > m->bytes)
         return NULL;
-    int pages = (int)((bytes + PAGE - 1) / PAGE), first = find_room(m, pages);
+    uint64_t hash = hash_of(code, bytes);
+    int pages = (int)((bytes + PAGE - 1) / PAGE), first = find_same(m, code, bytes, hash);
+    if (first >= 0) {
+        m->piece[first].users++;
+        return m->base + (size_t)first * PAGE;
+    }
+    first = m->refused ? -1 : take_room(m, pages);
     if (first < 0)
         return NULL;
     unsigned char *at = m->base + (size_t)first * PAGE;
@@ -105,13 +150,13 @@ const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
         m->refused = true;
         return NULL;
     }
-    m->length[first] = pages;
+    m->piece[first] = (struct piece){ pages, 1, hash, bytes };
     return at;
 }
 
 void sga_exec_drop(struct sga_exec *m, const void *at)
 {
     size_t page = (size_t)((const unsigned char *)at - m->base) / PAGE;
-    assert(page < (size_t)m->pages && m->length[page] > 0);
-    m->length[page] = 0;
+    assert(page < (size_t)m->pages && m->piece[page].users > 0);
+    m->piece[page].users--;
 }

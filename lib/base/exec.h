@@ -22,9 +22,10 @@ void sga_exec_free(struct sga_exec *m);     /* NULL is allowed; nothing of it ma
 void sga_exec_range(const struct sga_exec *m, void **base, size_t *bytes);
 
 /* A copy of code[0 .. bytes) that can be called, or NULL: no room, or it may not be. Costs
- * whole pages, and a system call for each and one more. */
+ * whole pages, and a system call for each and one more; nothing of it where the same bytes were added before and their room was not
+ * wanted since (the motions of a sweep make the same code again and again). */
 const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes);
-/* Its pages may be used again. */
+/* Once for each that was added: its pages may be used again. */
 void sga_exec_drop(struct sga_exec *m, const void *at);
 
 #endif

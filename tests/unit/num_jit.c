@@ -313,7 +313,7 @@ static void same_time(struct sga_exec *memory)
 /* Pages are found, given back, and never written and run at one time. */
 static void pages(void)
 {
-    static const unsigned char code[] = { 0xB8, 42, 0, 0, 0, 0xC3 };       /* mov eax, 42; ret */
+    static const unsigned char code[] = { 0xB8, 42, 0, 0, 0, 0xC3 }, other[] = { 0xB8, 43, 0, 0, 0, 0xC3 };       /* mov eax, 42; ret */
     unsigned char wide[3 * 4096] = { 0xB8, 7, 0, 0, 0, 0xC3 };
     struct sga_exec *m = sga_exec_new(4 * 4096);
     void *base;
@@ -322,10 +322,17 @@ static void pages(void)
     CHECK(bytes == 4 * 4096 && (uintptr_t)base % bytes == 0, "%zu", bytes);
     const void *a = sga_exec_add(m, code, sizeof code), *b = sga_exec_add(m, wide, sizeof wide);
     CHECK(a && b && ((int (*)(void))(uintptr_t)a)() == 42 && ((int (*)(void))(uintptr_t)b)() == 7, "two pieces");
-    CHECK(!sga_exec_add(m, code, sizeof code), "no room is left");
+    CHECK(!sga_exec_add(m, other, sizeof other), "no room is left");
+    CHECK(sga_exec_add(m, code, sizeof code) == a && sga_exec_add(m, wide, sizeof wide) == b, "the same again needs none");
     sga_exec_drop(m, b);
-    const void *c = sga_exec_add(m, code, sizeof code);
-    CHECK(c && ((int (*)(void))(uintptr_t)c)() == 42 && ((int (*)(void))(uintptr_t)a)() == 42, "room again");
+    CHECK(!sga_exec_add(m, other, sizeof other), "used by another still");
+    sga_exec_drop(m, b);
+    CHECK(sga_exec_add(m, wide, sizeof wide) == b && ((int (*)(void))(uintptr_t)b)() == 7, "kept, as long as its room is not wanted");
+    sga_exec_drop(m, b);
+    const void *c = sga_exec_add(m, other, sizeof other);
+    CHECK(c && ((int (*)(void))(uintptr_t)c)() == 43 && ((int (*)(void))(uintptr_t)a)() == 42, "room again");
+    sga_exec_drop(m, a);
+    CHECK(!sga_exec_add(m, wide, sizeof wide), "one user is left of the first");
     CHECK(!sga_exec_add(m, wide, sizeof wide) && !sga_exec_add(m, wide, 5 * 4096), "too much");
     fflush(stdout);
     pid_t child = fork();
@@ -355,14 +362,16 @@ static bool forbid(void)
     return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
-/* What was compiled before stays; what comes after is interpreted. */
+/* What was compiled before stays, for those too who make the same; what comes after is interpreted. */
 static int refused(struct sga_exec *memory)
 {
     struct expr_store st;
     int inputs[2] = { 0, 1 };
     expr_store_init(&st);
-    expr_id x = expr_symbol_add(&st, "x", EXPR_VARIABLE), y = expr_symbol_add(&st, "y", EXPR_VARIABLE), e = expr_mul(&st, x, expr_add(&st, x, y));
-    struct num_tape *before = num_tape_new(&st, &e, 1, inputs, 2, NULL), *after = num_tape_new(&st, &e, 1, inputs, 2, NULL);
+    expr_id x = expr_symbol_add(&st, "x", EXPR_VARIABLE), y = expr_symbol_add(&st, "y", EXPR_VARIABLE), sum = expr_add(&st, x, y),
+            e = expr_mul(&st, x, sum), f = expr_mul(&st, y, sum);
+    struct num_tape *before = num_tape_new(&st, &e, 1, inputs, 2, NULL), *same = num_tape_new(&st, &e, 1, inputs, 2, NULL),
+                    *after = num_tape_new(&st, &f, 1, inputs, 2, NULL);
     struct num_jacobian *j = num_jacobian_new(after, NULL, 0);
     double in[2] = { 3, 4 }, out = 0, slopes[2] = { 0, 0 };
     num_tape_compile(before, memory);
@@ -373,13 +382,16 @@ static int refused(struct sga_exec *memory)
     warm(after, &out);
     for (int i = 0; i < 100; i++)
         num_jacobian_eval(j, in, NULL, slopes);
-    bool ok = !num_tape_compiled(after) && !num_jacobian_compiled(j) && slopes[0] == 10 && slopes[1] == 3;
-    ok = ok && num_tape_eval(after, in, &out) && out == 21 && num_tape_eval(before, in, &out) && out == 21;
+    num_tape_compile(same, memory);
+    warm(same, &out);
+    bool ok = !num_tape_compiled(after) && !num_jacobian_compiled(j) && slopes[0] == 4 && slopes[1] == 11 && num_tape_compiled(same);
+    ok = ok && num_tape_eval(after, in, &out) && out == 28 && num_tape_eval(before, in, &out) && out == 21 && num_tape_eval(same, in, &out) && out == 21;
     return ok ? 0 : 1;
 }
 
-static void without_leave(struct sga_exec *memory)
+static void without_leave(void)
 {
+    struct sga_exec *memory = sga_exec_new(1 << 20);        /* without the code of other tests */
     fflush(stdout);
     int status = 0;
     pid_t child = fork();
@@ -387,6 +399,7 @@ static void without_leave(struct sga_exec *memory)
         _exit(refused(memory));
     waitpid(child, &status, 0);
     CHECK(WIFEXITED(status) && WEXITSTATUS(status) == 0, "status %x", (unsigned)status);
+    sga_exec_free(memory);
 }
 
 int main(void)
@@ -414,7 +427,7 @@ int main(void)
     signals(memory);
     same_time(memory);
     pages();
-    without_leave(memory);
+    without_leave();
     sga_exec_free(memory);
     flint_cleanup();
     return CHECK_END();
