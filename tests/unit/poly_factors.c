@@ -130,6 +130,46 @@ static void together(void)
     }
 }
 
+/* A polynomial of degree 1 to `degree`, with small coefficients, fractions among them. */
+static expr_id polynomial(unsigned degree)
+{
+    expr_id sum = EXPR_UNDEF, name[4] = { read("x"), read("y"), read("z"), read("a") };
+    for (unsigned terms = 2 + next(4), k = 0; k < terms; k++) {
+        expr_id term = expr_div(&st, expr_int(&st, 1 + (long)next(9)), expr_int(&st, 1 + (long)next(3)));
+        for (unsigned d = k ? next(degree + 1) : degree; d; d--)
+            term = expr_mul(&st, term, name[next(4)]);
+        sum = !k ? term : next(2) ? expr_add(&st, sum, term) : expr_sub(&st, sum, term);
+    }
+    return sum;
+}
+
+/* What factoring says by another way: none that factors is called irreducible, and of others most are shown to be. */
+static void shown_irreducible(void)
+{
+    static const char *never[] = { "x*y", "x^2 - y^2", "(x + y)^2", "x^2 + 2*x + 1", "x*(x + y) - 3*x", "7", "0", "sin(x) + y", "1/x + y", "x^9 - y", "(x^2 + 1)*(y^3 - 2)",
+                                   "x^2 - 2*x*y + y^2 - 4", "x/1048573 + y^2", "abs(x)" };
+    static const char *always[] = { "x", "2*x - 3*y + 1/7", "x^2 + y^2 - 7/3", "x*y - 1", "x*y - z*a", "-(x^2 + y^2)/4 + z", "x^3 + y^3 - 1", "x^4 + y^4 - 3*z + 1/9" };
+    for (size_t i = 0; i < sizeof never / sizeof *never; i++)
+        CHECK(!poly_shown_irreducible(&st, read(never[i])), "%s", never[i]);
+    for (size_t i = 0; i < sizeof always / sizeof *always; i++)
+        CHECK(poly_shown_irreducible(&st, read(always[i])), "%s", always[i]);
+    int single = 0, shown = 0, products = 0;
+    for (int i = 0; i < check_scale(400); i++) {
+        expr_id e = next(3) ? polynomial(1 + next(4)) : expr_mul(&st, polynomial(1 + next(2)), polynomial(1 + next(3)));
+        struct poly_factors f;
+        bool yes = poly_shown_irreducible(&st, e);
+        if (!poly_numerator_factors(&st, e, NULL, &f))
+            continue;
+        bool one = f.factors == 1 && f.factor[0].multiplicity == 1;
+        CHECK(one || !yes, "a product is called irreducible: %d factors", f.factors);
+        single += one;
+        shown += yes;
+        products += !one;
+        poly_factors_clear(&f);
+    }
+    CHECK(10 * shown > 8 * single && single > 0 && products > 0, "%d of %d are shown, beside %d products", shown, single, products);
+}
+
 int main(void)
 {
     state = check_seed(11);
@@ -142,6 +182,7 @@ int main(void)
     numerators();
     zeros();
     together();
+    shown_irreducible();
     expr_store_clear(&st);
     flint_cleanup();
     return CHECK_END();

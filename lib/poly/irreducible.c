@@ -1,0 +1,149 @@
+/* Polynomials that cannot factor, as their values on a line show.
+ *
+ * On x = a + b s modulo a prime p a polynomial of degree D becomes one in s. Where its degree stays D, factors over the rationals
+ * (over the fractions without p below, by Gauss's lemma) keep theirs, and would be factors there. One of D that is irreducible modulo p:
+ * one line in about D shows it. */
+#include "poly.h"
+
+#include <string.h>
+#include <flint/nmod_poly.h>
+#include <flint/nmod_poly_factor.h>
+
+#include "arena.h"
+#include "mem.h"
+
+enum { MOST_DEGREE = 8, WORDS = MOST_DEGREE + 1, MOST_NODES = 400, LINES = 8 };
+static const ulong PRIME = 1048573;      /* products of two fit into 40 bits, sums of nine of them into a word */
+
+struct line {
+    const struct expr_store *st;
+    const struct expr_cone *cone;
+    ulong (*value)[WORDS];     /* by place in the cone */
+    int *degree;               /* no more than */
+    int turn;
+};
+
+/* A place on the line by the symbol, any numbers below p. */
+static ulong some(int symbol, int turn, int which)
+{
+    uint64_t z = (uint64_t)symbol * 0x9E3779B97F4A7C15u + (uint64_t)(2 * turn + which + 1) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 31)) * 0x94D049BB133111EBu;
+    return 1 + (z >> 20) % (PRIME - 1);
+}
+
+static bool constant(const struct expr_store *st, expr_id e, ulong *v)
+{
+    const fmpq *q = expr_const_value(st, e);
+    ulong below = fmpz_fdiv_ui(fmpq_denref(q), PRIME);
+    if (!below)
+        return false;
+    *v = fmpz_fdiv_ui(fmpq_numref(q), PRIME) * n_invmod(below, PRIME) % PRIME;
+    return true;
+}
+
+static bool times(const ulong *x, int m, const ulong *y, int n, ulong *to)
+{
+    ulong all[WORDS] = { 0 };
+    if (m + n > MOST_DEGREE)
+        return false;
+    for (int i = 0; i <= m; i++)
+        for (int k = 0; k <= n; k++)
+            all[i + k] = (all[i + k] + x[i] * y[k]) % PRIME;
+    memcpy(to, all, sizeof all);
+    return true;
+}
+
+static bool power(const ulong *x, int m, int n, ulong *to)
+{
+    ulong all[WORDS] = { 1 };
+    bool ok = n >= 2 && (long)m * n <= MOST_DEGREE && n <= MOST_DEGREE;
+    for (int k = 0; k < n && ok; k++)
+        ok = times(all, m * k, x, m, all);
+    memcpy(to, all, sizeof all);
+    return ok;
+}
+
+static void add(const ulong *x, const ulong *y, bool less, ulong *to)
+{
+    for (int i = 0; i < WORDS; i++)
+        to[i] = (x[i] + (less && y[i] ? PRIME - y[i] : y[i])) % PRIME;
+}
+
+static bool node(struct line *l, int at)
+{
+    static const ulong zero[WORDS] = { 0 };
+    const struct expr_node n = l->st->node[l->cone->list[at]];
+    bool reads = n.op != EXPR_CONST && n.op != EXPR_SYM, two = reads && expr_op_args((enum expr_op)n.op) == 2;
+    int a = reads ? expr_cone_place(l->cone, n.a) : -1, b = two ? expr_cone_place(l->cone, n.b) : -1;
+    ulong *to = l->value[at], below[WORDS] = { 0 };
+    int *deg = l->degree;
+    memset(to, 0, sizeof l->value[at]);
+    switch (n.op) {
+    case EXPR_CONST:
+        deg[at] = 0;
+        return constant(l->st, l->cone->list[at], to);
+    case EXPR_SYM:
+        deg[at] = 1;
+        to[0] = some(n.a, l->turn, 0);
+        to[1] = some(n.a, l->turn, 1);
+        return true;
+    case EXPR_ADD: case EXPR_SUB:
+        deg[at] = deg[a] > deg[b] ? deg[a] : deg[b];
+        add(l->value[a], l->value[b], n.op == EXPR_SUB, to);
+        return true;
+    case EXPR_NEG:
+        deg[at] = deg[a];
+        add(zero, l->value[a], true, to);
+        return true;
+    case EXPR_MUL:
+        deg[at] = deg[a] + deg[b];
+        return times(l->value[a], deg[a], l->value[b], deg[b], to);
+    case EXPR_DIV:
+        deg[at] = deg[a];
+        if (!expr_is_const(l->st, n.b) || !l->value[b][0])
+            return false;
+        below[0] = n_invmod(l->value[b][0], PRIME);
+        return times(l->value[a], deg[a], below, 0, to);
+    case EXPR_POWI:
+        deg[at] = deg[a] * n.b;
+        return power(l->value[a], deg[a], n.b, to);
+    default:
+        return false;
+    }
+}
+
+static bool irreducible(const ulong *value, int degree)
+{
+    nmod_poly_t f;
+    nmod_poly_init2(f, PRIME, WORDS);
+    for (int i = 0; i <= degree; i++)
+        nmod_poly_set_coeff_ui(f, i, value[i]);
+    bool yes = nmod_poly_is_irreducible(f);
+    nmod_poly_clear(f);
+    return yes;
+}
+
+bool poly_shown_irreducible(const struct expr_store *st, expr_id e)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    SGA_ARENA(mem);
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &e, 1);
+    if (cone.count > MOST_NODES || !cone.count)
+        return false;
+    expr_cone_index(&cone);
+    struct line l = { .st = st, .cone = &cone, .value = sga_take(&mem, (size_t)cone.count * sizeof *l.value),
+                      .degree = sga_zeros(&mem, (size_t)cone.count, sizeof *l.degree) };
+    int last = expr_cone_place(&cone, e);
+    for (; l.turn < LINES; l.turn++) {
+        for (int i = 0; i < cone.count; i++)
+            if (!node(&l, i))
+                return false;
+        int degree = l.degree[last];
+        if (degree < 1 || !l.value[last][degree])
+            return false;           /* terms cancel: the degree is not known, or this prime does not tell */
+        if (degree == 1 || irreducible(l.value[last], degree))
+            return true;
+    }
+    return false;
+}
