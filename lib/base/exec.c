@@ -3,7 +3,6 @@
 #include "exec.h"
 
 #include <assert.h>
-#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,6 +18,7 @@ struct sga_exec {
     unsigned char *base;
     size_t bytes;
     bool refused;              /* pages cannot be made executable here */
+    long made, found;          /* pieces that were added, new and known */
     int pages;
     struct piece {
         int pages, users;      /* 0 pages: none begins here; 0 users: kept for who makes the same again, until its room is wanted */
@@ -135,6 +135,7 @@ const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
     int pages = (int)((bytes + PAGE - 1) / PAGE), first = find_same(m, code, bytes, hash);
     if (first >= 0) {
         m->piece[first].users++;
+        m->found++;
         return m->base + (size_t)first * PAGE;
     }
     first = m->refused ? -1 : take_room(m, pages);
@@ -151,8 +152,11 @@ const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
         return NULL;
     }
     m->piece[first] = (struct piece){ pages, 1, hash, bytes };
+    m->made++;
     return at;
 }
+
+bool sga_exec_repeats(const struct sga_exec *m) { return m->found > 2 * m->made; }
 
 void sga_exec_drop(struct sga_exec *m, const void *at)
 {

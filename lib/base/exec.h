@@ -7,6 +7,7 @@
 #ifndef SGA_BASE_EXEC_H
 #define SGA_BASE_EXEC_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct sga_exec;
@@ -25,6 +26,8 @@ void sga_exec_range(const struct sga_exec *m, void **base, size_t *bytes);
  * whole pages, and a system call for each and one more; nothing of it where the same bytes were added before and their room was not
  * wanted since (the motions of a sweep make the same code again and again). */
 const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes);
+/* Most of what was added was there: code costs no system calls as a rule, as in a sweep, and pays at once. */
+bool sga_exec_repeats(const struct sga_exec *m);
 /* Once for each that was added: its pages may be used again. */
 void sga_exec_drop(struct sga_exec *m, const void *at);
 

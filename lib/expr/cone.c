@@ -212,7 +212,8 @@ void expr_copy(struct expr_store *to, const struct expr_store *from, expr_id *ro
     SGA_ENDS(expr_cone_clear) struct expr_cone c;
     expr_cone_init(&c);
     expr_cone_of(from, &c, roots, nroots);
-    SGA_FREED expr_id *became = sga_malloc((size_t)from->nodes * sizeof *became);
+    expr_cone_index(&c);
+    expr_id *became = c.place;         /* lent, and written children first: a sweep copies as often as it has sets, from a store with the numbers of all */
     for (int i = 0; i < c.count; i++)
         became[c.list[i]] = expr_rebuild(to, from, c.list[i], became, map);
     for (int i = 0; i < nroots; i++)

@@ -1,9 +1,11 @@
 /* Accumulation: rows by reverse sweeps, or columns by forward sweeps. */
 #include "jacobian_plan.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
+#include "exec.h"
 #include "jacobian.h"
 #include "lu.h"
 #include "tape_jit.h"
@@ -141,6 +143,7 @@ static void compile(struct num_jacobian *j)
         return;
     num_tape_free(p->code);
     p->code = NULL;
+    p->runs = LONG_MIN / 2;
 }
 
 bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, double *values)
@@ -149,7 +152,7 @@ bool num_jacobian_eval(struct num_jacobian *j, const double *in, double *out, do
     out = out ? out : p->out;
     if (p->code && tape_eval_parts(p->code, in, out, values))
         return true;
-    if (p->memory && ++p->runs == TAPE_RUNS_BEFORE)
+    if (p->memory && !p->code && ++p->runs >= (sga_exec_repeats(p->memory) ? TAPE_RUNS_REPEATED : TAPE_RUNS_BEFORE))
         compile(j);
     return sweep(j, in, out, values);
 }

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE    /* sincos */
 #include "tape_code.h"
 
+#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -115,7 +116,7 @@ static void gather(const struct num_tape *t, double *out, double *rest)
 
 static long runs_before(const struct num_tape *t)
 {
-    return TAPE_RUNS_BEFORE + TAPE_INSTRUCTIONS_BEFORE / (t->ncode - t->nstatic + 1);
+    return sga_exec_repeats(t->memory) ? TAPE_RUNS_REPEATED : TAPE_RUNS_BEFORE + TAPE_INSTRUCTIONS_BEFORE / (t->ncode - t->nstatic + 1);
 }
 
 static inline bool roots_finite(const struct num_tape *t, const double *out, const double *rest)
@@ -133,8 +134,8 @@ static inline bool run(struct num_tape *t, double *out, double *rest)
     } else {
         tape_run(t, t->nstatic, t->ncode);
         gather(t, out, rest);
-        if (t->memory && ++t->runs == runs_before(t))
-            tape_compile(t);
+        if (t->memory && ++t->runs >= runs_before(t) && !tape_compile(t))
+            t->runs = LONG_MIN / 2;
     }
     return roots_finite(t, out, rest);
 }
