@@ -5,6 +5,7 @@
  * one line in about D shows it. */
 #include "poly.h"
 
+#include <assert.h>
 #include <string.h>
 #include <flint/nmod_poly.h>
 #include <flint/nmod_poly_factor.h>
@@ -20,7 +21,7 @@ struct line {
     const struct expr_cone *cone;
     ulong (*value)[WORDS];     /* by place in the cone */
     int *degree;               /* no more than */
-    int turn;
+    int turn;                  /* -1: the origin instead */
 };
 
 /* A place on the line by the symbol, any numbers below p. */
@@ -84,8 +85,8 @@ static bool node(struct line *l, int at)
         return constant(l->st, l->cone->list[at], to);
     case EXPR_SYM:
         deg[at] = 1;
-        to[0] = some(n.a, l->turn, 0);
-        to[1] = some(n.a, l->turn, 1);
+        to[0] = l->turn < 0 ? 0 : some(n.a, l->turn, 0);
+        to[1] = l->turn < 0 ? 0 : some(n.a, l->turn, 1);
         return true;
     case EXPR_ADD: case EXPR_SUB:
         deg[at] = deg[a] > deg[b] ? deg[a] : deg[b];
@@ -123,7 +124,17 @@ static bool irreducible(const ulong *value, int degree)
     return yes;
 }
 
-bool poly_shown_irreducible(const struct expr_store *st, expr_id e)
+/* The value of the last node, where all have values. */
+static const ulong *values(struct line *l, int turn)
+{
+    l->turn = turn;
+    for (int i = 0; i < l->cone->count; i++)
+        if (!node(l, i))
+            return NULL;
+    return l->value[l->cone->count - 1];
+}
+
+bool poly_shown_irreducible(const struct expr_store *st, expr_id e, bool *at_origin)
 {
     SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     SGA_ARENA(mem);
@@ -134,15 +145,16 @@ bool poly_shown_irreducible(const struct expr_store *st, expr_id e)
     expr_cone_index(&cone);
     struct line l = { .st = st, .cone = &cone, .value = sga_take(&mem, (size_t)cone.count * sizeof *l.value),
                       .degree = sga_zeros(&mem, (size_t)cone.count, sizeof *l.degree) };
-    int last = expr_cone_place(&cone, e);
-    for (; l.turn < LINES; l.turn++) {
-        for (int i = 0; i < cone.count; i++)
-            if (!node(&l, i))
-                return false;
+    int last = cone.count - 1;
+    assert(cone.list[last] == e);
+    const ulong *v = at_origin ? values(&l, -1) : NULL;
+    if (v)
+        *at_origin = v[0] == 0;
+    for (int turn = 0; turn < LINES && (v = values(&l, turn)); turn++) {
         int degree = l.degree[last];
-        if (degree < 1 || !l.value[last][degree])
+        if (degree < 1 || !v[degree])
             return false;           /* terms cancel: the degree is not known, or this prime does not tell */
-        if (degree == 1 || irreducible(l.value[last], degree))
+        if (degree == 1 || irreducible(v, degree))
             return true;
     }
     return false;

@@ -38,7 +38,8 @@ void field_watch_pivot(struct field *f, expr_id pivot, struct field_list *l)
 {
     struct poly_limits limits = poly_limits_of(POLY_GLANCE, NULL);
     struct poly_factors q;
-    if (!poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
+    bool origin;
+    if ((poly_shown_irreducible(f->sys->store, pivot, &origin) && origin) || !poly_numerator_factors(f->sys->store, pivot, &limits, &q)) {
         field_list_add(l, pivot);
         return;
     }

@@ -117,15 +117,14 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
                       struct traj_result *r, struct sga_error *err)
 {
     struct flow f;
-    double begin;
     *r = (struct traj_result){ 0 };
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
         ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && flow_given(&f, rq, r->initial, err)
              && field_begin(&f.field, rq->start, r->initial, err);
-        begin = sga_cpu();
         if (ok && rq->arithmetic == TRAJ_BALL) {
+            double begin = sga_cpu();
             ok = enclosed_run(&f, sys, sol, rq, r, err);
             r->seconds = sga_cpu() - begin;
         } else if (ok) {

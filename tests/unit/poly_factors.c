@@ -150,14 +150,17 @@ static void shown_irreducible(void)
                                    "x^2 - 2*x*y + y^2 - 4", "x/1048573 + y^2", "abs(x)" };
     static const char *always[] = { "x", "2*x - 3*y + 1/7", "x^2 + y^2 - 7/3", "x*y - 1", "x*y - z*a", "-(x^2 + y^2)/4 + z", "x^3 + y^3 - 1", "x^4 + y^4 - 3*z + 1/9" };
     for (size_t i = 0; i < sizeof never / sizeof *never; i++)
-        CHECK(!poly_shown_irreducible(&st, read(never[i])), "%s", never[i]);
+        CHECK(!poly_shown_irreducible(&st, read(never[i]), NULL), "%s", never[i]);
     for (size_t i = 0; i < sizeof always / sizeof *always; i++)
-        CHECK(poly_shown_irreducible(&st, read(always[i])), "%s", always[i]);
+        CHECK(poly_shown_irreducible(&st, read(always[i]), NULL), "%s", always[i]);
+    bool origin = true;
+    CHECK(poly_shown_irreducible(&st, read("x^2 + y^2 - 7/3"), &origin) && !origin, "a constant term");
+    CHECK(poly_shown_irreducible(&st, read("2*x^2 + 3*y^2 - x*z"), &origin) && origin, "none");
     int single = 0, shown = 0, products = 0;
     for (int i = 0; i < check_scale(400); i++) {
         expr_id e = next(3) ? polynomial(1 + next(4)) : expr_mul(&st, polynomial(1 + next(2)), polynomial(1 + next(3)));
         struct poly_factors f;
-        bool yes = poly_shown_irreducible(&st, e);
+        bool yes = poly_shown_irreducible(&st, e, NULL);
         if (!poly_numerator_factors(&st, e, NULL, &f))
             continue;
         bool one = f.factors == 1 && f.factor[0].multiplicity == 1;

@@ -400,7 +400,7 @@ static bool is_product(struct expr_store *st, expr_id e)
     struct poly_limits limits = poly_limits_of(POLY_GLANCE, NULL);
     struct poly_factors q;
     int moving = 0;
-    if (poly_shown_irreducible(st, e) || !poly_numerator_factors(st, e, &limits, &q))
+    if (poly_shown_irreducible(st, e, NULL) || !poly_numerator_factors(st, e, &limits, &q))
         return false;
     for (int k = 0; k < q.factors; k++)
         moving += !q.factor[k].never_zero && q.factor[k].depends & EXPR_HAS_VARIABLE;
