@@ -114,7 +114,7 @@ LIBS := -lflint-arb -lflint -lmpfr -lgmp -lklu -lldl -lamd -lcolamd -lbtf -lsuit
 # A store that daemons share needs libpq; POSTGRES= builds without, and so it is where libpq-dev is not installed.
 POSTGRES ?= $(if $(wildcard /usr/include/postgresql/libpq-fe.h),1)
 SERVER_LIBS := -lmicrohttpd -lsqlite3 -lgnutls -lseccomp -lz -lpthread $(if $(POSTGRES),-lpq)
-CLIENT_LIBS := -lz -lcurl
+CLIENT_LIBS := -lz -ldl
 
 LIB_SRC := $(foreach f,$(FLOORS),$(wildcard lib/$(f)/*.c))
 LIB_OBJ := $(LIB_SRC:%.c=$(B)/%.o) $(B)/lib/run/version.o $(B)/lib/export/fmu_runtime.o

@@ -1,11 +1,11 @@
 /* One exchange is one handle of libcurl's: made, used, dropped. */
 #include "http_client.h"
 
-#include <curl/curl.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "interrupt.h"
+#include "libcurl.h"
 
 enum {
     PATIENCE = 60,            /* seconds of silence past the wait that was asked for */
@@ -26,7 +26,7 @@ struct taker {
 static long status_of(CURL *curl)
 {
     long status = 0;
-    curl_easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &status);
+    libcurl.easy_getinfo(curl, CURLINFO_RESPONSE_CODE, &status);
     return status;
 }
 
@@ -72,12 +72,12 @@ static struct curl_slist *headers(const struct http_server *server, bool body, i
     char prefer[64];
     struct sga_buf token = { 0 };
     snprintf(prefer, sizeof prefer, "Prefer: wait=%d", wait);
-    struct curl_slist *list = curl_slist_append(curl_slist_append(curl_slist_append(NULL, "Accept: application/json"), "Expect:"), prefer);
+    struct curl_slist *list = libcurl.slist_append(libcurl.slist_append(libcurl.slist_append(NULL, "Accept: application/json"), "Expect:"), prefer);
     if (body)
-        list = curl_slist_append(list, "Content-Type: application/json");
+        list = libcurl.slist_append(list, "Content-Type: application/json");
     if (server->token) {
         sga_buf_printf(&token, "Authorization: Bearer %s", server->token);
-        list = curl_slist_append(list, token.data);
+        list = libcurl.slist_append(list, token.data);
     }
     sga_buf_free(&token);
     return list;
@@ -85,21 +85,21 @@ static struct curl_slist *headers(const struct http_server *server, bool body, i
 
 static void prepare(CURL *c, const struct http_server *server, int wait)
 {
-    curl_easy_setopt(c, CURLOPT_USERAGENT, "sga");
-    curl_easy_setopt(c, CURLOPT_PROTOCOLS_STR, "http,https");
-    curl_easy_setopt(c, CURLOPT_PATH_AS_IS, 1L);
-    curl_easy_setopt(c, CURLOPT_ACCEPT_ENCODING, "");       /* what it can unpack */
-    curl_easy_setopt(c, CURLOPT_CONNECTTIMEOUT, (long)PATIENCE);
-    curl_easy_setopt(c, CURLOPT_LOW_SPEED_LIMIT, 1L);
-    curl_easy_setopt(c, CURLOPT_LOW_SPEED_TIME, (long)(wait + PATIENCE));
-    curl_easy_setopt(c, CURLOPT_SSLVERSION, (long)CURL_SSLVERSION_TLSv1_2);
+    libcurl.easy_setopt(c, CURLOPT_USERAGENT, "sga");
+    libcurl.easy_setopt(c, CURLOPT_PROTOCOLS_STR, "http,https");
+    libcurl.easy_setopt(c, CURLOPT_PATH_AS_IS, 1L);
+    libcurl.easy_setopt(c, CURLOPT_ACCEPT_ENCODING, "");       /* what it can unpack */
+    libcurl.easy_setopt(c, CURLOPT_CONNECTTIMEOUT, (long)PATIENCE);
+    libcurl.easy_setopt(c, CURLOPT_LOW_SPEED_LIMIT, 1L);
+    libcurl.easy_setopt(c, CURLOPT_LOW_SPEED_TIME, (long)(wait + PATIENCE));
+    libcurl.easy_setopt(c, CURLOPT_SSLVERSION, (long)CURL_SSLVERSION_TLSv1_2);
     if (*server->socket)
-        curl_easy_setopt(c, CURLOPT_UNIX_SOCKET_PATH, server->socket);
+        libcurl.easy_setopt(c, CURLOPT_UNIX_SOCKET_PATH, server->socket);
     if (server->here)
-        curl_easy_setopt(c, CURLOPT_PROXY, "");             /* whatever the environment names */
+        libcurl.easy_setopt(c, CURLOPT_PROXY, "");             /* whatever the environment names */
     if (server->ca) {
-        curl_easy_setopt(c, CURLOPT_CAINFO, server->ca);
-        curl_easy_setopt(c, CURLOPT_CAPATH, NULL);
+        libcurl.easy_setopt(c, CURLOPT_CAINFO, server->ca);
+        libcurl.easy_setopt(c, CURLOPT_CAPATH, NULL);
     }
 }
 
@@ -107,8 +107,8 @@ static void prepare(CURL *c, const struct http_server *server, int wait)
 static void explain(CURL *c, CURLcode code, const char *said, const struct http_server *server, char *why, size_t size)
 {
     long number = 0;
-    const char *detail = *said ? said : curl_easy_strerror(code);
-    curl_easy_getinfo(c, CURLINFO_OS_ERRNO, &number);
+    const char *detail = *said ? said : libcurl.easy_strerror(code);
+    libcurl.easy_getinfo(c, CURLINFO_OS_ERRNO, &number);
     switch (code) {
     case CURLE_COULDNT_RESOLVE_HOST:
         snprintf(why, size, "cannot find %s: %s", server->name, detail);
@@ -134,7 +134,7 @@ static void explain(CURL *c, CURLcode code, const char *said, const struct http_
 static void take_location(CURL *c, struct http_reply *reply)
 {
     struct curl_header *h;
-    if (curl_easy_header(c, "Location", 0, CURLH_HEADER, -1, &h) == CURLHE_OK)
+    if (libcurl.easy_header(c, "Location", 0, CURLH_HEADER, -1, &h) == CURLHE_OK)
         snprintf(reply->location, sizeof reply->location, "%s", h->value);
 }
 
@@ -149,7 +149,11 @@ static bool exchange(const struct http_server *server, const char *method, const
         snprintf(why, size, "a token is not sent to %s without encryption; use https://, or unset SGA_TOKEN", server->name);
         return false;
     }
-    CURL *c = t->curl = curl_easy_init();
+    if (!libcurl_load()) {
+        snprintf(why, size, "libcurl is not installed, by which a server is asked (Debian's package libcurl3-gnutls); leave --server out to solve here");
+        return false;
+    }
+    CURL *c = t->curl = libcurl.easy_init();
     if (!c) {
         snprintf(why, size, "out of memory");
         return false;
@@ -157,28 +161,28 @@ static bool exchange(const struct http_server *server, const char *method, const
     struct curl_slist *list = headers(server, body != NULL, wait);
     sga_buf_printf(&url, "%s%s", server->url, path);
     prepare(c, server, wait);
-    curl_easy_setopt(c, CURLOPT_URL, url.data);
-    curl_easy_setopt(c, CURLOPT_HTTPHEADER, list);
-    curl_easy_setopt(c, CURLOPT_ERRORBUFFER, said);
-    curl_easy_setopt(c, CURLOPT_WRITEFUNCTION, take);
-    curl_easy_setopt(c, CURLOPT_WRITEDATA, t);
-    curl_easy_setopt(c, CURLOPT_XFERINFOFUNCTION, watch);
-    curl_easy_setopt(c, CURLOPT_XFERINFODATA, t);
-    curl_easy_setopt(c, CURLOPT_NOPROGRESS, 0L);
+    libcurl.easy_setopt(c, CURLOPT_URL, url.data);
+    libcurl.easy_setopt(c, CURLOPT_HTTPHEADER, list);
+    libcurl.easy_setopt(c, CURLOPT_ERRORBUFFER, said);
+    libcurl.easy_setopt(c, CURLOPT_WRITEFUNCTION, take);
+    libcurl.easy_setopt(c, CURLOPT_WRITEDATA, t);
+    libcurl.easy_setopt(c, CURLOPT_XFERINFOFUNCTION, watch);
+    libcurl.easy_setopt(c, CURLOPT_XFERINFODATA, t);
+    libcurl.easy_setopt(c, CURLOPT_NOPROGRESS, 0L);
     if (body) {
-        curl_easy_setopt(c, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)length);
-        curl_easy_setopt(c, CURLOPT_POSTFIELDS, body);
+        libcurl.easy_setopt(c, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)length);
+        libcurl.easy_setopt(c, CURLOPT_POSTFIELDS, body);
     }
-    curl_easy_setopt(c, CURLOPT_CUSTOMREQUEST, method);
+    libcurl.easy_setopt(c, CURLOPT_CUSTOMREQUEST, method);
     t->before = interrupted();
-    CURLcode code = curl_easy_perform(c);
+    CURLcode code = libcurl.easy_perform(c);
     bool ok = code == CURLE_OK || t->enough;
     t->reply->status = (int)status_of(c);
     take_location(c, t->reply);
     if (!ok)
         explain(c, code, said, server, why, size);
-    curl_easy_cleanup(c);
-    curl_slist_free_all(list);
+    libcurl.easy_cleanup(c);
+    libcurl.slist_free_all(list);
     sga_buf_free(&url);
     return ok;
 }

@@ -2,11 +2,12 @@
 #include "http_client.h"
 
 #include <arpa/inet.h>
-#include <curl/curl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+
+#include "libcurl.h"
 
 static const char *environment(const char *name)
 {
@@ -26,8 +27,8 @@ static bool loopback(const char *host)
 static bool has(CURLU *u, CURLUPart part)
 {
     char *text = NULL;
-    bool there = curl_url_get(u, part, &text, 0) == CURLUE_OK;
-    curl_free(text);
+    bool there = libcurl.url_get(u, part, &text, 0) == CURLUE_OK;
+    libcurl.free(text);
     return there;
 }
 
@@ -35,9 +36,9 @@ static bool has(CURLU *u, CURLUPart part)
 static bool read_url(CURLU *u, struct http_server *server)
 {
     char *scheme = NULL, *host = NULL, *port = NULL, *all = NULL;
-    bool ok = !has(u, CURLUPART_QUERY) && !has(u, CURLUPART_FRAGMENT) && curl_url_get(u, CURLUPART_SCHEME, &scheme, 0) == CURLUE_OK &&
-              curl_url_get(u, CURLUPART_HOST, &host, 0) == CURLUE_OK && curl_url_get(u, CURLUPART_PORT, &port, CURLU_DEFAULT_PORT) == CURLUE_OK &&
-              curl_url_get(u, CURLUPART_URL, &all, 0) == CURLUE_OK;
+    bool ok = !has(u, CURLUPART_QUERY) && !has(u, CURLUPART_FRAGMENT) && libcurl.url_get(u, CURLUPART_SCHEME, &scheme, 0) == CURLUE_OK &&
+              libcurl.url_get(u, CURLUPART_HOST, &host, 0) == CURLUE_OK && libcurl.url_get(u, CURLUPART_PORT, &port, CURLU_DEFAULT_PORT) == CURLUE_OK &&
+              libcurl.url_get(u, CURLUPART_URL, &all, 0) == CURLUE_OK;
     if (ok) {
         server->tls = strcasecmp(scheme, "https") == 0;
         server->here = loopback(host);
@@ -46,10 +47,10 @@ static bool read_url(CURLU *u, struct http_server *server)
         for (; ok && url > 0 && server->url[url - 1] == '/'; url--)
             server->url[url - 1] = 0;
     }
-    curl_free(scheme);
-    curl_free(host);
-    curl_free(port);
-    curl_free(all);
+    libcurl.free(scheme);
+    libcurl.free(host);
+    libcurl.free(port);
+    libcurl.free(all);
     return ok;
 }
 
@@ -64,8 +65,12 @@ bool http_parse(const char *url, struct http_server *server)
         server->here = true;
         return true;
     }
-    CURLU *u = curl_url();
-    bool ok = u && strpbrk(url, " \t\r\n") == NULL && curl_url_set(u, CURLUPART_URL, url, CURLU_DISALLOW_USER) == CURLUE_OK && read_url(u, server);
-    curl_url_cleanup(u);
+    if (!libcurl_load()) {            /* which http_ask says */
+        snprintf(server->name, sizeof server->name, "%s", url);
+        return true;
+    }
+    CURLU *u = libcurl.url();
+    bool ok = u && strpbrk(url, " \t\r\n") == NULL && libcurl.url_set(u, CURLUPART_URL, url, CURLU_DISALLOW_USER) == CURLUE_OK && read_url(u, server);
+    libcurl.url_cleanup(u);
     return ok;
 }

@@ -141,6 +141,19 @@ static bool take_exact(struct linear_place *p, const struct sys_system *sys, con
     return true;
 }
 
+/* What is not told from 0, and is less than this of the largest value, is 0: roundings of the search. */
+static const double NOTHING = 0x1p-120;
+
+static void drop_roundings(struct linear_place *p, const struct sys_system *sys)
+{
+    double most = 0;
+    for (int j = 0; j < sys->variables; j++)
+        most = fmax(most, fabs(p->x[j]));
+    for (int j = 0; j < sys->variables; j++)
+        if (fabs(p->x[j]) < NOTHING * most && arb_contains_zero(p->ball.symbol + sys->variable[j].symbol))
+            p->x[j] = 0;
+}
+
 /* From the point that Newton's method found and Krawczyk's proved, if it is the one that was meant. */
 static bool take_point(struct linear_place *p, const struct sys_system *sys, const struct linear_guess *g, const struct points_point *point)
 {
@@ -153,6 +166,7 @@ static bool take_point(struct linear_place *p, const struct sys_system *sys, con
         num_ball_set(&p->ball, sys->variable[j].symbol, point->ball.symbol + sys->variable[j].symbol);
         p->x[j] = arf_get_d(arb_midref(p->ball.symbol + sys->variable[j].symbol), ARF_RND_NEAR);
     }
+    drop_roundings(p, sys);
     num_ball_set_d(&p->ball, sys->time, g->t);
     p->t = g->t;
     set_parameters(p, sys);

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "jacobian.h"
 #include "larger.h"
 #include "lin_sparse.h"
@@ -293,6 +294,56 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
         }
     }
     return worst;
+}
+
+/* What roundings make of a row's terms, relative to these. */
+static const double ROUNDINGS = 1e-10;
+
+/* By variable: the largest term of a row for its derivative, over the entry there. */
+static double *rate_terms(struct field *f, double *of_row)
+{
+    double *terms = sga_calloc((size_t)f->n + 1, sizeof *terms);
+    for (int i = 0, at = 0; i < f->rows; i++, at++) {
+        const struct sys_row *r = f->sys->row + i;
+        int alpha = at + r->entries;
+        of_row[i] = terms_size(f, alpha, r->alpha);
+        for (int k = 0; k < r->entries; k++, at++)
+            if (f->general_out[at] != 0)
+                terms[r->entry[k].col] = sga_larger(terms[r->entry[k].col], of_row[i] / fabs(f->general_out[at]));
+    }
+    return terms;
+}
+
+bool field_rows_rounded(struct field *f, const double *v, double miss)
+{
+    if (!field_general_values(f) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
+        return false;
+    SGA_FREED double *of_row = sga_calloc((size_t)f->rows + 1, sizeof *of_row);
+    SGA_FREED double *rate = rate_terms(f, of_row);
+    bool ok = true;
+    for (int i = 0, at = 0; i < f->rows && ok; i++, at++) {
+        const struct sys_row *r = f->sys->row + i;
+        double sum = 0, big = 0, terms = of_row[i];
+        for (int k = 0; k < r->entries; k++, at++) {
+            sum += f->general_out[at] * v[r->entry[k].col];
+            terms += fabs(f->general_out[at] * v[r->entry[k].col]);
+            big = sga_larger(big, entry_size(f, f->general_out[at], r->entry[k].col));
+        }
+        sum = fabs(sum - f->general_out[at]);
+        ok = sum <= miss * (r->entries ? big : 1) || sum <= ROUNDINGS * terms;
+    }
+    for (int c = 0; c < f->c && ok; c++) {
+        double sum = 0, big = 0, terms = 0;
+        for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
+            int j = f->jac->col[k];
+            bool time = j == f->n;
+            sum += f->jac_value[k] * (time ? 1 : v[j]);
+            terms += fabs(f->jac_value[k]) * (time ? 1 : fabs(v[j]) + rate[j]);
+            big = time ? big : sga_larger(big, entry_size(f, f->jac_value[k], j));
+        }
+        ok = fabs(sum) <= miss * big || fabs(sum) <= ROUNDINGS * terms;
+    }
+    return ok;
 }
 
 bool field_value(struct field *f, double *v)

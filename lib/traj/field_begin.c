@@ -131,7 +131,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
                 f->choice.why = "the expressions lose digits at the start";
             worst = field_rows_miss(f, v, &bad);
         }
-        ok = worst <= 1e-7 * size;
+        ok = worst <= 1e-7 * size || (!f->rates && f->n <= ROWS_ASKED && field_rows_rounded(f, v, 1e-7 * size));
         if (!ok && f->rates)
             refuse_rates(f, bad, worst, err);
         else if (!ok)
