@@ -3,6 +3,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "arb_ends.h"
@@ -10,6 +11,7 @@
 #include "equilibria_shape.h"
 #include "flint_ends.h"
 #include "linearize.h"
+#include "natural.h"
 #include "oracle.h"
 #include "points_random.h"
 #include "reduction.h"
@@ -35,6 +37,7 @@ struct search {
     struct equilibria *e;
     const struct equilibria_request *q;
     int n;
+    int *scale; double *unit;      /* by variable: natural size (natural.h), its log2, or NULL: all near 1 */
     struct set_points on;
     struct sga_arena mem;
     struct list zero, irregular;   /* places of the search */
@@ -42,10 +45,10 @@ struct search {
     struct list left;              /* that stay irregular, in e's memory */
 };
 
-static bool same(const double *a, const double *b, int n, double within)
+static bool same(const struct search *s, const double *a, const double *b, double within)
 {
-    for (int k = 0; k < n; k++)
-        if (!(fabs(a[k] - b[k]) <= within * fmax(1, fmax(fabs(a[k]), fabs(b[k])))))
+    for (int k = 0; k < s->n; k++)
+        if (!(fabs(a[k] - b[k]) <= within * fmax(s->unit[k], fmax(fabs(a[k]), fabs(b[k])))))
             return false;
     return true;
 }
@@ -57,16 +60,16 @@ static double *copy(struct sga_arena *mem, const double *x, int n)
     return to;
 }
 
-static void add_place(struct list *l, struct sga_arena *mem, const double *x, int n, double within)
+static void add_place(const struct search *s, struct list *l, struct sga_arena *mem, const double *x, double within)
 {
-    for (int k = 0; k < n; k++)
+    for (int k = 0; k < s->n; k++)
         if (!isfinite(x[k]))
             return;
     for (int i = 0; i < l->count; i++)
-        if (same(l->x[i], x, n, within))
+        if (same(s, l->x[i], x, within))
             return;
     SGA_RESERVE_IN(mem, l->x, l->cap, (size_t)l->count + 1);
-    l->x[l->count++] = copy(mem, x, n);
+    l->x[l->count++] = copy(mem, x, s->n);
 }
 
 static bool inside(const struct equilibria_request *q, const double *x, int n)
@@ -98,10 +101,10 @@ static void draw(const struct search *s, int start, uint64_t *random, double *x)
     const struct equilibria_request *q = s->q;
     const double *about = centre(s, start, random), size = box(start, random);
     for (int k = 0; k < s->n; k++) {
-        double low = about[k] - size, high = about[k] + size;
+        double far = size * s->unit[k], low = about[k] - far, high = about[k] + far;
         bool below = isfinite(q->low[k]), above = isfinite(q->high[k]);
-        low = below ? q->low[k] : above ? fmin(low, q->high[k] - size) : low;
-        high = above ? q->high[k] : below ? fmax(high, q->low[k] + size) : high;
+        low = below ? q->low[k] : above ? fmin(low, q->high[k] - far) : low;
+        high = above ? q->high[k] : below ? fmax(high, q->low[k] + far) : high;
         double u = points_uniform(random);
         x[k] = start ? points_short(low + u * (high - low)) : fmin(fmax(q->near[k], q->low[k]), q->high[k]);
     }
@@ -117,11 +120,11 @@ static void from_start(struct search *s, uint64_t *random)
         e->reached++;
         e->outside += !in;
         if (in)
-            add_place(&s->zero, &s->mem, p.x, s->n, SAME);
+            add_place(s, &s->zero, &s->mem, p.x, SAME);
     } else if (got == POINTS_IRREGULAR) {
         e->beside++;
         if (p.x && inside(s->q, p.x, s->n) && s->irregular.count < MOST_IRREGULAR)
-            add_place(&s->irregular, &s->mem, p.x, s->n, SAME_IRREGULAR);
+            add_place(s, &s->irregular, &s->mem, p.x, SAME_IRREGULAR);
     }
     points_point_clear(&p);
 }
@@ -142,8 +145,8 @@ static void from_place(struct search *s, const double *x, uint64_t *random)
 {
     struct points_point p;
     set_functions(s, NULL, 0, x);
-    if (points_find(&s->on.space, 0, random, POINTS_BITS, &p) == POINTS_OK && inside(s->q, p.x, s->n) && same(p.x, x, s->n, SAME))
-        add_place(&s->zero, &s->mem, p.x, s->n, SAME);
+    if (points_find(&s->on.space, 0, random, POINTS_BITS, &p) == POINTS_OK && inside(s->q, p.x, s->n) && same(s, p.x, x, SAME))
+        add_place(s, &s->zero, &s->mem, p.x, SAME);
     points_point_clear(&p);
 }
 
@@ -154,7 +157,7 @@ static bool own_rates(struct search *s, const double *x, struct linearization *l
     struct points_point p;
     bool of_time = false, ok;
     set_functions(s, NULL, 0, x);
-    ok = points_find(&s->on.space, 0, random, POINTS_BITS, &p) == POINTS_OK && same(p.x, x, s->n, SAME_IRREGULAR);
+    ok = points_find(&s->on.space, 0, random, POINTS_BITS, &p) == POINTS_OK && same(s, p.x, x, SAME_IRREGULAR);
     if (ok)
         memcpy(from, p.x, (size_t)s->n * sizeof *from);
     points_point_clear(&p);
@@ -166,7 +169,7 @@ static struct equilibrium *keep_point(struct search *s, const double *x, bool ce
 {
     struct equilibria *e = s->e;
     for (int i = 0; i < e->points; i++)
-        if (e->family || same(e->point[i].x, x, s->n, SAME))
+        if (e->family || same(s, e->point[i].x, x, SAME))
             return e->point + i;
     struct equilibrium one = { .x = copy(&e->mem, x, s->n), .certified = certified, .zeros = l->states + s->q->helds };
     one.zero = sga_take(&e->mem, ((size_t)one.zeros + 1) * sizeof *one.zero);
@@ -246,7 +249,7 @@ static bool keep_shaped(struct search *s, const double *x)
     struct equilibrium_shape shape;
     struct linear_place place;
     bool found = !s->e->family && equilibrium_shape_find(&shape, &s->e->mem, s->q->rq, s->q->held, s->q->helds, x, &place) && inside(s->q, place.x, s->n)
-        && same(place.x, x, s->n, SAME_IRREGULAR);
+        && same(s, place.x, x, SAME_IRREGULAR);
     if (found) {
         struct equilibrium *p = keep_point(s, place.x, true, &none);
         p->degenerate = p->by_factors = true;
@@ -273,7 +276,7 @@ static enum outcome look(struct search *s, const double *x, double *there, uint6
     } else {
         set_functions(s, l.rate, l.states, from);
         enum points_status got = points_find(&s->on.space, 0, random, POINTS_BITS, &p);
-        bool near = p.x && same(p.x, x, s->n, SAME_IRREGULAR) && inside(s->q, p.x, s->n);
+        bool near = p.x && same(s, p.x, x, SAME_IRREGULAR) && inside(s->q, p.x, s->n);
         if (got == POINTS_OK && near) {
             keep_point(s, p.x, p.certified, &l);
             out = KEPT;
@@ -290,12 +293,14 @@ static enum outcome look(struct search *s, const double *x, double *there, uint6
 /* Where many zeros meet Newton's method hardly gets near: numbers of few digits about the place are tried, which rational arithmetic proves. */
 static bool rounded(struct search *s, const double *x, uint64_t *random)
 {
-    static const double UNIT[] = { 1, 0.5, 0.1, 0.01 };
+    static const double UNIT[] = { 1, 0.5, 0.1, 0.01 };     /* and a power of ten, of natural sizes */
     double *short_x = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *short_x), *there = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *there);
     for (size_t i = 0; i < sizeof UNIT / sizeof *UNIT; i++) {
-        for (int k = 0; k < s->n; k++)
-            short_x[k] = round(x[k] / UNIT[i]) * UNIT[i];
-        if (same(short_x, x, s->n, SAME_ROUNDED) && inside(s->q, short_x, s->n) && look(s, short_x, there, random) == KEPT)
+        for (int k = 0; k < s->n; k++) {
+            double unit = UNIT[i] * (s->scale ? pow(10, nearbyint(log10(s->unit[k]))) : 1);
+            short_x[k] = round(x[k] / unit) * unit;
+        }
+        if (same(s, short_x, x, SAME_ROUNDED) && inside(s->q, short_x, s->n) && look(s, short_x, there, random) == KEPT)
             return true;
     }
     return false;
@@ -305,7 +310,7 @@ static void settle(struct search *s, const double *x, uint64_t *random)
 {
     double *there = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *there);
     if (look(s, x, there, random) == IRREGULAR && !keep_shaped(s, there))
-        add_place(&s->left, &s->e->mem, there, s->n, SAME_IRREGULAR);
+        add_place(s, &s->left, &s->e->mem, there, SAME_IRREGULAR);
 }
 
 static expr_id number(struct expr_store *st, double v)
@@ -317,15 +322,17 @@ static expr_id number(struct expr_store *st, double v)
     return expr_fmpq(st, q);
 }
 
-/* 1 + size^2/|x - place|^2, where size is that of the place, and 1 at the least */
-static expr_id repulsion(const struct sys_system *sys, const double *place)
+/* 1 + size^2/|x - place|^2 in natural units, where size is that of the place, and 1 at the least */
+static expr_id repulsion(const struct search *s, const double *place)
 {
+    const struct sys_system *sys = s->q->rq->sys;
     struct expr_store *st = sys->store;
     expr_id sum = expr_int(st, 0);
     double size = 1;
     for (int k = 0; k < sys->variables; k++) {
-        size = fmax(size, fabs(place[k]));
+        size = fmax(size, fabs(place[k]) / s->unit[k]);
         expr_id d = expr_sub(st, st->symbol[sys->variable[k].symbol].node, number(st, points_short(place[k])));
+        d = expr_div(st, d, number(st, s->unit[k]));
         sum = expr_add(st, sum, expr_mul(st, d, d));
     }
     expr_id apart = number(st, points_short(size));
@@ -342,7 +349,7 @@ static void deflate(struct search *s)
     }
     assert(s->deflations <= s->zero.count);
     for (; s->deflations < s->zero.count; s->deflations++) {
-        expr_id factor = repulsion(s->q->rq->sys, s->zero.x[s->deflations]);
+        expr_id factor = repulsion(s, s->zero.x[s->deflations]);
         for (int k = 0; k < s->q->rates; k++)
             s->deflated[k] = expr_mul(st, s->deflated[k], factor);
     }
@@ -405,6 +412,16 @@ static bool run(struct search *s, struct sga_error *err)
     return sga_budget_ok(budget, err);
 }
 
+static void measure(struct search *s)
+{
+    double time;
+    s->scale = natural_sizes(s->q->rq->sys, &time);
+    s->unit = sga_take(&s->mem, ((size_t)s->n + 1) * sizeof *s->unit);
+    for (int k = 0; k < s->n; k++)
+        s->unit[k] = s->scale ? ldexp(1, s->scale[k]) : 1;
+    s->on.space.scale = s->scale;
+}
+
 bool equilibria_search(struct equilibria *e, const struct equilibria_request *q, struct sga_error *err)
 {
     const struct sys_system *sys = q->rq->sys;
@@ -415,6 +432,7 @@ bool equilibria_search(struct equilibria *e, const struct equilibria_request *q,
                            "equilibria.free", -e->family);
     int most = sys->variables > q->rates + q->helds ? sys->variables : q->rates + q->helds;      /* of branches, or of rates and what is held */
     set_points_init(&s.on, sys, q->rq->sol, q->rq->sol->constraints, 0, most);
+    measure(&s);
     s.on.space.starts = 1;
     s.on.space.side = q->rq->oracle->side;
     s.on.space.sides = q->rq->oracle->sides;
@@ -422,6 +440,7 @@ bool equilibria_search(struct equilibria *e, const struct equilibria_request *q,
     bool ok = run(&s, err);
     set_points_clear(&s.on);
     sga_arena_end(&s.mem);
+    free(s.scale);
     return ok;
 }
 

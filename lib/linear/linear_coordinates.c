@@ -6,7 +6,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "arena.h"
 #include "error.h"
+#include "mem.h"
+#include "natural.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "system.h"
@@ -94,13 +97,14 @@ static bool check_inputs(const struct linear_request *rq, struct linear_place *p
     return least == rq->sol->free_columns || refuse_freedom(rq, moving, rq->sol->free_columns - least, err);
 }
 
-static double *doubles(struct sga_arena *mem, const struct linear_matrix *J, int cols)
+/* In natural units (log2 of them by column, or NULL: 1), each row over its largest entry. */
+static double *doubles(struct sga_arena *mem, const struct linear_matrix *J, int cols, const int *scale)
 {
     double *m = sga_take(mem, ((size_t)linear_rows(J) * (size_t)cols + 1) * sizeof *m);
     for (int i = 0; i < linear_rows(J); i++) {
         double size = 0;
         for (int k = 0; k < cols; k++)
-            size = fmax(size, fabs(m[i * cols + k] = linear_matrix_double(J, i, k)));
+            size = fmax(size, fabs(m[i * cols + k] = ldexp(linear_matrix_double(J, i, k), scale ? scale[k] : 0)));
         for (int k = 0; k < cols && size > 0; k++)
             m[i * cols + k] /= size;
     }
@@ -139,19 +143,15 @@ static void eliminate(double *m, int rows, int cols, int at, int row, int col)
     }
 }
 
-bool linear_coordinates_choose(struct linear_coordinates *c, struct sga_arena *mem, const struct linear_request *rq, struct linear_place *place,
-                               const struct linear_matrix *J, struct sga_error *err)
+/* Those that follow, by elimination; false: fewer than rows. */
+static bool follow(struct linear_coordinates *c, const struct linear_request *rq, double *m, int rows, const unsigned char *moving, unsigned char *taken)
 {
-    int n = rq->sys->variables, rows = linear_rows(J), row = 0, col = 0;
-    assert(linear_cols(J) >= n && rows == rq->sol->constraints);
-    unsigned char *moving = sga_zeros(mem, (size_t)n + 1, 1), *allowed = sga_zeros(mem, (size_t)n + 1, 1), *taken = sga_zeros(mem, (size_t)n + 1, 1);
-    double *m = doubles(mem, J, n);
-    *c = (struct linear_coordinates){ .follow = sga_take(mem, ((size_t)rows + 1) * sizeof *c->follow), .state = sga_take(mem, ((size_t)n + 1) * sizeof *c->state),
-                                      .moving = -1 };
+    int n = rq->sys->variables, row = 0, col = 0;
+    SGA_FREED unsigned char *allowed = sga_calloc((size_t)n + 1, 1);
+    c->follows = 0;
+    memset(taken, 0, (size_t)n);
     for (int j = 0; j < n; j++)
-        allowed[j] = (moving[j] = moves(rq, j)) && input_of(rq, j) < 0;
-    if (!check_inputs(rq, place, moving, err))
-        return false;
+        allowed[j] = moving[j] && input_of(rq, j) < 0;
     for (int part = 0; part < 2; part++) {      /* what moves with inputs, then all others */
         while (c->follows < rows && pivot(m, rows, n, c->follows, allowed, &row, &col)) {
             eliminate(m, rows, n, c->follows, row, col);
@@ -162,7 +162,32 @@ bool linear_coordinates_choose(struct linear_coordinates *c, struct sga_arena *m
         for (int j = 0; j < n; j++)
             allowed[j] = !taken[j] && input_of(rq, j) < 0;
     }
-    if (c->follows < rows)
+    return c->follows == rows;
+}
+
+/* In natural units, so that the choice is that of other units too; as they are where these guesses do not do. */
+static bool follow_any(struct linear_coordinates *c, struct sga_arena *mem, const struct linear_request *rq, const struct linear_matrix *J, const unsigned char *moving,
+                       unsigned char *taken)
+{
+    int n = rq->sys->variables, rows = linear_rows(J);
+    double time;
+    SGA_FREED int *scale = natural_sizes(rq->sys, &time);
+    return (scale && follow(c, rq, doubles(mem, J, n, scale), rows, moving, taken)) || follow(c, rq, doubles(mem, J, n, NULL), rows, moving, taken);
+}
+
+bool linear_coordinates_choose(struct linear_coordinates *c, struct sga_arena *mem, const struct linear_request *rq, struct linear_place *place,
+                               const struct linear_matrix *J, struct sga_error *err)
+{
+    int n = rq->sys->variables, rows = linear_rows(J);
+    assert(linear_cols(J) >= n && rows == rq->sol->constraints);
+    unsigned char *moving = sga_zeros(mem, (size_t)n + 1, 1), *taken = sga_zeros(mem, (size_t)n + 1, 1);
+    *c = (struct linear_coordinates){ .follow = sga_take(mem, ((size_t)rows + 1) * sizeof *c->follow), .state = sga_take(mem, ((size_t)n + 1) * sizeof *c->state),
+                                      .moving = -1 };
+    for (int j = 0; j < n; j++)
+        moving[j] = moves(rq, j);
+    if (!check_inputs(rq, place, moving, err))
+        return false;
+    if (!follow_any(c, mem, rq, J, moving, taken))
         return sga_fail_at(err, SGA_E_UNDECIDED, "/linearization/at", "the differentials of the constraints were not found to be independent at this point; choose another");
     for (int j = 0; j < n; j++) {
         if (taken[j] || input_of(rq, j) >= 0)

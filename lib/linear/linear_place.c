@@ -9,6 +9,7 @@
 #include "arb_ends.h"
 #include "flint_ends.h"
 #include "mem.h"
+#include "natural.h"
 #include "points.h"
 #include "reduction.h"
 #include "seeds.h"
@@ -155,10 +156,10 @@ static void drop_roundings(struct linear_place *p, const struct sys_system *sys)
 }
 
 /* From the point that Newton's method found and Krawczyk's proved, if it is the one that was meant. */
-static bool take_point(struct linear_place *p, const struct sys_system *sys, const struct linear_guess *g, const struct points_point *point)
+static bool take_point(struct linear_place *p, const struct sys_system *sys, const struct linear_guess *g, const int *scale, const struct points_point *point)
 {
     for (int j = 0; j < sys->variables; j++)
-        if (!(fabs(point->x[j] - g->x[j]) <= SAME * fmax(1, fabs(g->x[j]))))
+        if (!(fabs(point->x[j] - g->x[j]) <= SAME * fmax(scale && scale[j] > 0 ? ldexp(1, scale[j]) : 1, fabs(g->x[j]))))
             return false;
     p->map = NULL;
     p->basis = point->certified ? LINEAR_PROVED : LINEAR_NUMERIC;
@@ -180,6 +181,9 @@ static bool search(struct linear_place *p, const struct sys_system *sys, const s
     uint64_t random = SGA_SEED_MOTION;
     set_points_init(&on, sys, sol, sol->constraints, 0, g->zeros);
     SGA_FREED double *value = set_points_tables(sys, g->t);
+    double time;
+    SGA_FREED int *scale = natural_sizes(sys, &time);
+    on.space.scale = scale;
     for (int k = 0; k < g->zeros; k++)
         on.constraint[on.space.constraints++] = g->zero[k];
     on.space.near = g->x;
@@ -187,7 +191,7 @@ static bool search(struct linear_place *p, const struct sys_system *sys, const s
     on.space.parameter_value = value;
     on.space.starts = 1;
     on.space.budget = g->budget;
-    bool found = points_find(&on.space, 0, &random, LINEAR_BITS, &point) == POINTS_OK && take_point(p, sys, g, &point);
+    bool found = points_find(&on.space, 0, &random, LINEAR_BITS, &point) == POINTS_OK && take_point(p, sys, g, scale, &point);
     if (found)
         by_rounded_tables(p, sys, on.constraint, on.space.constraints);
     points_point_clear(&point);
