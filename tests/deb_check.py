@@ -150,7 +150,7 @@ def main():
     check_versions(tally)
     check_container(tally)
     with tempfile.TemporaryDirectory(prefix="sgad-deb-") as out, tempfile.TemporaryDirectory() as folder:
-        made = build(out)
+        made = build(out, DEB_BUILD_OPTIONS="noopt parallel=2")      # half of the time; tests/deb_root.py tries those that are optimised
         there = packages(out)
         if tally.check(made.returncode == 0 and set(there) == set(BINARY), "make deb", str(sorted(there)) + (made.stdout + made.stderr)[-2000:]):
             check_lintian(tally, out)
