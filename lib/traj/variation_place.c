@@ -93,12 +93,18 @@ static bool determined(const struct tangents *q, const unsigned char *stays, con
     if (frees > m)
         return false;
     double *M = sga_zeros(mem, m * frees + 1, sizeof *M), *size = sga_zeros(mem, m + 1, sizeof *size), *rhs = sga_zeros(mem, m + 1, sizeof *rhs);
-    double *qr = sga_zeros(mem, frees ? (m + 1) * (m + 1) : 1, sizeof *qr), *found = sga_zeros(mem, frees + 1, sizeof *found);
+    double *qr = sga_zeros(mem, frees ? (m + 1) * (m + 1) : 1, sizeof *qr), *found = sga_zeros(mem, frees + 1, sizeof *found), *unit = sga_zeros(mem, frees + 1, sizeof *unit);
     for (size_t i = 0; i < m; i++) {
         for (size_t j = 0; j < n; j++)
             size[i] = fmax(size[i], fabs(q->J[i * n + j]));
         for (size_t k = 0; k < frees && size[i] > 0; k++)
             M[i * frees + k] = q->J[i * n + (size_t)free_at[k]] / size[i];
+    }
+    for (size_t k = 0; k < frees; k++) {       /* derivatives in units of their own: those of variables may be far apart */
+        for (size_t i = 0; i < m; i++)
+            unit[k] = fmax(unit[k], fabs(M[i * frees + k]));
+        for (size_t i = 0; i < m && unit[k] > 0; i++)
+            M[i * frees + k] /= unit[k];
     }
     if (frees && points_least_norm_factor((int)m, (int)frees, M, perm, qr) < (int)frees)
         return false;
@@ -116,7 +122,7 @@ static bool determined(const struct tangents *q, const unsigned char *stays, con
         if (frees)
             points_least_norm_solve((int)m, (int)frees, M, (int)frees, perm, qr, rhs, found);
         for (size_t k = 0; k < frees; k++)
-            to[free_at[k]] = found[k];
+            to[free_at[k]] = unit[k] > 0 ? found[k] / unit[k] : 0;
         for (size_t j = 0; j < n && ok; j++)
             ok = isfinite(to[j]);
         ok = ok && meets(q, size, d, to);
