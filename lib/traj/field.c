@@ -296,8 +296,26 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
     return worst;
 }
 
-/* What roundings make of a row's terms, relative to these. */
-static const double ROUNDINGS = 1e-10;
+/* What roundings make of a row's terms, relative to these; and entries of a constraint that are not small beside its largest, in natural units. */
+static const double ROUNDINGS = 1e-12, LARGE_ENTRY = 1e-3;
+
+/* Rates that a constraint ties together take part in each other's roundings. */
+static void tie(const struct field *f, double *terms)
+{
+    for (int c = 0; c < f->c; c++) {
+        double size = 0, off = 0;
+        for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
+            int j = f->jac->col[k];
+            size = j < f->n ? sga_larger(size, entry_size(f, f->jac_value[k], j)) : size;
+            off = j < f->n ? sga_larger(off, fabs(f->jac_value[k]) * terms[j]) : off;
+        }
+        for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
+            int j = f->jac->col[k];
+            if (j < f->n && entry_size(f, f->jac_value[k], j) > LARGE_ENTRY * size)
+                terms[j] = sga_larger(terms[j], off / fabs(f->jac_value[k]));
+        }
+    }
+}
 
 /* By variable: the largest term of a row for its derivative, over the entry there. */
 static double *rate_terms(struct field *f, double *of_row)
@@ -311,6 +329,7 @@ static double *rate_terms(struct field *f, double *of_row)
             if (f->general_out[at] != 0)
                 terms[r->entry[k].col] = sga_larger(terms[r->entry[k].col], of_row[i] / fabs(f->general_out[at]));
     }
+    tie(f, terms);
     return terms;
 }
 
@@ -326,7 +345,7 @@ bool field_rows_rounded(struct field *f, const double *v, double miss)
         double sum = 0, big = 0, terms = of_row[i];
         for (int k = 0; k < r->entries; k++, at++) {
             sum += f->general_out[at] * v[r->entry[k].col];
-            terms += fabs(f->general_out[at] * v[r->entry[k].col]);
+            terms += fabs(f->general_out[at]) * (fabs(v[r->entry[k].col]) + rate[r->entry[k].col]);
             big = sga_larger(big, entry_size(f, f->general_out[at], r->entry[k].col));
         }
         sum = fabs(sum - f->general_out[at]);
