@@ -1,20 +1,19 @@
-/* Polynomials that cannot factor, as their values on a line show.
+/* Polynomials of the first and second degree that cannot factor, as their values on a line show.
  *
  * On x = a + b s modulo a prime p a polynomial of degree D becomes one in s. Where its degree stays D, factors over the rationals
- * (over the fractions without p below, by Gauss's lemma) keep theirs, and would be factors there. One of D that is irreducible modulo p:
- * one line in about D shows it. */
+ * (over the fractions without p below, by Gauss's lemma) keep theirs, and would be factors there. One of degree 2 has none where its discriminant
+ * is no square modulo p: one line in about two shows it. */
 #include "poly.h"
 
 #include <assert.h>
 #include <string.h>
-#include <flint/nmod_poly.h>
-#include <flint/nmod_poly_factor.h>
+#include <flint/ulong_extras.h>
 
 #include "arena.h"
 #include "mem.h"
 
-enum { MOST_DEGREE = 8, WORDS = MOST_DEGREE + 1, MOST_NODES = 400, LINES = 8 };
-static const ulong PRIME = 1048573;      /* products of two fit into 40 bits, sums of nine of them into a word */
+enum { MOST_DEGREE = 2, WORDS = MOST_DEGREE + 1, MOST_NODES = 400, LINES = 8 };
+static const ulong PRIME = 1048573;      /* products of two fit into 40 bits */
 
 struct line {
     const struct expr_store *st;
@@ -113,15 +112,11 @@ static bool node(struct line *l, int at)
     }
 }
 
-static bool irreducible(const ulong *value, int degree)
+/* Of degree 2. */
+static bool irreducible(const ulong *value)
 {
-    nmod_poly_t f;
-    nmod_poly_init2(f, PRIME, WORDS);
-    for (int i = 0; i <= degree; i++)
-        nmod_poly_set_coeff_ui(f, i, value[i]);
-    bool yes = nmod_poly_is_irreducible(f);
-    nmod_poly_clear(f);
-    return yes;
+    ulong square = value[1] * value[1] % PRIME, four = 4 * (value[0] * value[2] % PRIME) % PRIME;
+    return n_jacobi_unsigned((square + PRIME - four) % PRIME, PRIME) == -1;
 }
 
 /* The value of the last node, where all have values. */
@@ -154,7 +149,7 @@ bool poly_shown_irreducible(const struct expr_store *st, expr_id e, bool *at_ori
         int degree = l.degree[last];
         if (degree < 1 || !v[degree])
             return false;           /* terms cancel: the degree is not known, or this prime does not tell */
-        if (degree == 1 || irreducible(v, degree))
+        if (degree == 1 || irreducible(v))
             return true;
     }
     return false;
