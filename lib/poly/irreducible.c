@@ -73,8 +73,7 @@ static bool node(struct line *l, int at)
 {
     static const ulong zero[WORDS] = { 0 };
     const struct expr_node n = l->st->node[l->cone->list[at]];
-    bool reads = n.op != EXPR_CONST && n.op != EXPR_SYM, two = reads && expr_op_args((enum expr_op)n.op) == 2;
-    int a = reads ? expr_cone_place(l->cone, n.a) : -1, b = two ? expr_cone_place(l->cone, n.b) : -1;
+    int args = expr_op_args((enum expr_op)n.op), a = args > 0 ? expr_cone_place(l->cone, n.a) : -1, b = args > 1 ? expr_cone_place(l->cone, n.b) : -1;
     ulong *to = l->value[at], below[WORDS] = { 0 };
     int *deg = l->degree;
     memset(to, 0, sizeof l->value[at]);
