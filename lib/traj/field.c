@@ -298,16 +298,19 @@ double field_rows_miss(struct field *f, const double *v, int *worst_row)
 
 /* What roundings make of a row's terms, relative to these; and entries of a constraint that are not small beside its largest, in natural units. */
 static const double ROUNDINGS = 1e-12, LARGE_ENTRY = 1e-3;
+enum { TURNS = 2 };            /* a constraint, and another that shares a rate with it */
 
-/* Rates that a constraint ties together take part in each other's roundings. */
+/* Rates that a constraint ties together take part in each other's roundings: as they are before, whatever the order of constraints. */
 static void tie(const struct field *f, double *terms)
 {
+    SGA_FREED double *before = sga_malloc(((size_t)f->n + 1) * sizeof *before);
+    memcpy(before, terms, (size_t)f->n * sizeof *before);
     for (int c = 0; c < f->c; c++) {
         double size = 0, off = 0;
         for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
             int j = f->jac->col[k];
             size = j < f->n ? sga_larger(size, entry_size(f, f->jac_value[k], j)) : size;
-            off = j < f->n ? sga_larger(off, fabs(f->jac_value[k]) * terms[j]) : off;
+            off = j < f->n ? sga_larger(off, fabs(f->jac_value[k]) * before[j]) : off;
         }
         for (int k = f->jac->start[c]; k < f->jac->start[c + 1]; k++) {
             int j = f->jac->col[k];
@@ -329,7 +332,8 @@ static double *rate_terms(struct field *f, double *of_row)
             if (f->general_out[at] != 0)
                 terms[r->entry[k].col] = sga_larger(terms[r->entry[k].col], of_row[i] / fabs(f->general_out[at]));
     }
-    tie(f, terms);
+    for (int turn = 0; turn < TURNS; turn++)
+        tie(f, terms);
     return terms;
 }
 
