@@ -83,13 +83,12 @@ static ssize_t read_stream(void *cls, uint64_t at, char *buf, size_t max)
             return MHD_CONTENT_READER_END_OF_STREAM;
         if (fill(s))
             break;
-        s->waiter.kind = WAIT_EVENT;
         s->waiter.seen = s->seen;
         s->waiter.deadline = s->heartbeat;
         if (jobs_wait(s->service->jobs, s->job, &s->waiter))
             return 0;                 /* suspended: the stream may be read on another thread now */
         if (!fill(s))
-            s->over = true;           /* it may not wait: the service closes, or has no room */
+            s->over = true;           /* it may not wait: the service closes */
         else
             break;
     }
@@ -104,6 +103,7 @@ static ssize_t read_stream(void *cls, uint64_t at, char *buf, size_t max)
 static void free_stream(void *cls)
 {
     struct stream *s = cls;
+    jobs_stream_end(s->service->jobs, s->waiter.account);
     job_unref(s->job);
     sga_buf_free(&s->out);
     free(s);
@@ -130,37 +130,50 @@ static enum MHD_Result ended(struct exchange *e, struct finished *f)
     return reply_buf(e, 200, TYPE_EVENTS, &b);
 }
 
+static enum MHD_Result no_room(struct exchange *e, enum stream_room why)
+{
+    reply_header(e, "Retry-After", "10");
+    if (why == STREAMS_FULL)
+        return reply_error(e, SGA_E_QUEUE_FULL, "There are %ld event streams already. Ask for the job itself from time to time.",
+                           atomic_load(&e->service->config->streams));
+    return reply_error(e, SGA_E_QUOTA, "This token has used up its quota of requests that wait. Ask for the job itself from time to time.");
+}
+
+/* Of a place that was taken, which it owns from here on. */
+static struct stream *stream_new(struct exchange *e)
+{
+    struct stream *s = calloc(1, sizeof *s);
+    if (!s) {
+        jobs_stream_end(e->service->jobs, e->account);
+        return NULL;
+    }
+    const char *last = exchange_header(e, "Last-Event-ID");
+    *s = (struct stream){ .service = e->service, .job = e->job, .seen = last ? strtoull(last, NULL, 10) : 0,
+                          .waiter = { .connection = e->connection, .account = e->account, .kind = WAIT_EVENT }, .heartbeat = sga_now() + HEARTBEAT };
+    job_ref(s->job);
+    sga_buf_printf(&s->out, "retry: %d\n: events of job %s\n\n", RETRY_MS, job_id(s->job));
+    return s;
+}
+
 enum MHD_Result handle_events(struct exchange *e)
 {
     struct finished *f = NULL;
-    struct jobs_counts counts;
     enum lookup found = exchange_lookup(e, &f);
     if (f)
         return ended(e, f);
     if (found != LOOKUP_LIVE)
         return reply_lookup(e, found);
-    jobs_count(e->service->jobs, &counts);
-    if (counts.streams >= (unsigned long)e->service->config->streams) {
-        reply_header(e, "Retry-After", "10");
-        return reply_error(e, SGA_E_QUEUE_FULL, "There are %ld event streams already. Ask for the job itself from time to time.",
-                           atomic_load(&e->service->config->streams));
-    }
-    if (!jobs_may_wait(e->service->jobs, e->account)) {
-        reply_header(e, "Retry-After", "10");
-        return reply_error(e, SGA_E_QUOTA, "This token has used up its quota of requests that wait. Ask for the job itself from time to time.");
-    }
+    enum stream_room room = jobs_stream_begin(e->service->jobs, e->account);
+    if (room != STREAM_TAKEN)
+        return no_room(e, room);
     stream_headers(e);
-    if (strcmp(e->method, "HEAD") == 0)
+    if (strcmp(e->method, "HEAD") == 0) {
+        jobs_stream_end(e->service->jobs, e->account);
         return reply_static(e, 200, TYPE_EVENTS, "", 0);
-    struct stream *s = calloc(1, sizeof *s);
+    }
+    struct stream *s = stream_new(e);
     if (!s)
         return MHD_NO;
-    *s = (struct stream){ .service = e->service, .job = e->job,
-                          .waiter = { .connection = e->connection, .account = e->account }, .heartbeat = sga_now() + HEARTBEAT };
-    job_ref(s->job);
-    const char *last = exchange_header(e, "Last-Event-ID");
-    s->seen = last ? strtoull(last, NULL, 10) : 0;
-    sga_buf_printf(&s->out, "retry: %d\n: events of job %s\n\n", RETRY_MS, job_id(s->job));
     struct MHD_Response *r = MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 4096, read_stream, s, free_stream);
     if (!r)
         free_stream(s);

@@ -121,8 +121,11 @@ enum cancel jobs_cancel(struct jobs *js, const char *id, const struct account *b
  * to wait (any more), or no room: go on with what jobs_look says. The caller holds a
  * reference to the job meanwhile. */
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w);
-/* Whether the account's quota has room for one more that waits: an answer for now, jobs_wait asks again. */
-bool jobs_may_wait(struct jobs *js, const struct account *account);
+/* An event stream's place among all and in its account's quota: from before its first byte until
+ * jobs_stream_end, also between two of its waits, so that who holds it never loses it to another. */
+enum stream_room { STREAM_TAKEN, STREAMS_FULL, STREAM_QUOTA };
+enum stream_room jobs_stream_begin(struct jobs *js, struct account *account);
+void jobs_stream_end(struct jobs *js, struct account *account);
 /* A job-like wait point that counts as stored once all that was written before is. */
 struct job *jobs_barrier(struct jobs *js);
 /* Resumes whose deadline has passed. */

@@ -24,24 +24,18 @@ static bool satisfied(const struct job *job, const struct waiter *w)
 }
 
 /* The bound is on what clients hold open. The disk always answers, so who waits for it
- * is not counted. */
+ * is not counted; a stream took its place when it began. */
 static bool room(const struct jobs *js, const struct waiter *w)
 {
-    return w->kind == WAIT_STORED
-        || ((!w->account || quota_may_wait(w->account))
-            && (w->kind == WAIT_ENDED ? js->waiters < (unsigned long)js->config->waiters
-                                      : js->streams < (unsigned long)js->config->streams));
+    return w->kind != WAIT_ENDED || ((!w->account || quota_may_wait(w->account)) && js->waiters < (unsigned long)js->config->waiters);
 }
 
-static void count(struct jobs *js, const struct waiter *w, long by)
+static void count(struct account *account, unsigned long *kind, long by)
 {
-    if (w->kind != WAIT_STORED && w->account)
-        w->account->waiting += (unsigned long)by;
-    if (w->kind == WAIT_ENDED)
-        js->waiters += (unsigned long)by;
-    else if (w->kind == WAIT_EVENT)
-        js->streams += (unsigned long)by;
-    assert((long)js->waiters >= 0 && (long)js->streams >= 0 && (!w->account || (long)w->account->waiting >= 0));
+    *kind += (unsigned long)by;
+    if (account)
+        account->waiting += (unsigned long)by;
+    assert((long)*kind >= 0 && (!account || (long)account->waiting >= 0));
 }
 
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
@@ -62,19 +56,31 @@ bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
         if (w->all_next)
             w->all_next->all_prev = w;
         js->all = w;
-        count(js, w, 1);
+        if (w->kind == WAIT_ENDED)
+            count(w->account, &js->waiters, 1);
         js->hooks.suspend(w->connection);
     }
     pthread_mutex_unlock(&js->lock);
     return wait;
 }
 
-bool jobs_may_wait(struct jobs *js, const struct account *account)
+enum stream_room jobs_stream_begin(struct jobs *js, struct account *account)
 {
     pthread_mutex_lock(&js->lock);
-    bool may = quota_may_wait(account);
+    enum stream_room found = js->streams >= (unsigned long)js->config->streams ? STREAMS_FULL
+                             : account && !quota_may_wait(account)             ? STREAM_QUOTA
+                                                                               : STREAM_TAKEN;
+    if (found == STREAM_TAKEN)
+        count(account, &js->streams, 1);
     pthread_mutex_unlock(&js->lock);
-    return may;
+    return found;
+}
+
+void jobs_stream_end(struct jobs *js, struct account *account)
+{
+    pthread_mutex_lock(&js->lock);
+    count(account, &js->streams, -1);
+    pthread_mutex_unlock(&js->lock);
 }
 
 static void resume(struct jobs *js, struct waiter *w)
@@ -87,7 +93,8 @@ static void resume(struct jobs *js, struct waiter *w)
     if (w->all_next)
         w->all_next->all_prev = w->all_prev;
     w->waiting = false;
-    count(js, w, -1);
+    if (w->kind == WAIT_ENDED)
+        count(w->account, &js->waiters, -1);
     js->hooks.resume(w->connection);
 }
 
