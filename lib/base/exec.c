@@ -24,6 +24,9 @@ struct sga_exec {
         int pages, users;      /* 0 pages: none begins here; 0 users: kept for who makes the same again, until its room is wanted */
         uint64_t hash;
         size_t bytes;
+        void *key;             /* of sga_exec_name, owned; or NULL */
+        size_t key_bytes;
+        uint64_t key_hash;
     } *piece;                  /* by page */
 };
 
@@ -60,6 +63,8 @@ void sga_exec_free(struct sga_exec *m)
     if (!m)
         return;
     munmap(m->mapped, m->reserved);
+    for (int i = 0; i < m->pages; i++)
+        free(m->piece[i].key);
     free(m->piece);
     free(m);
 }
@@ -94,18 +99,31 @@ static int take_room(struct sga_exec *m, int pages)
     int first = find_room(m, pages);
     for (int i = 0; i < m->pages && first >= 0; i++) {
         const struct piece *q = m->piece + i;
-        if (q->pages && i < first + pages && i + q->pages > first)
+        if (q->pages && i < first + pages && i + q->pages > first) {
+            free(q->key);
             m->piece[i] = (struct piece){ 0 };
+        }
     }
     return first;
 }
 
-static uint64_t hash_of(const unsigned char *code, size_t bytes)
+static uint64_t mix(uint64_t h, uint64_t word)
 {
-    uint64_t h = 1469598103934665603u;
-    for (size_t i = 0; i < bytes; i++)
-        h = (h ^ code[i]) * 1099511628211u;
-    return h;
+    h = (h ^ word) * 0x9E3779B97F4A7C15u;
+    return h ^ (h >> 29);
+}
+
+static uint64_t hash_of(const void *code, size_t bytes)
+{
+    uint64_t h = bytes, word;
+    const unsigned char *at = code;
+    for (; bytes >= sizeof word; bytes -= sizeof word, at += sizeof word) {
+        memcpy(&word, at, sizeof word);
+        h = mix(h, word);
+    }
+    word = 0;
+    memcpy(&word, at, bytes);
+    return mix(h, word);
 }
 
 /* The same code as was added before, or -1. */
@@ -151,9 +169,36 @@ const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes)
         m->refused = true;
         return NULL;
     }
-    m->piece[first] = (struct piece){ pages, 1, hash, bytes };
+    m->piece[first] = (struct piece){ .pages = pages, .users = 1, .hash = hash, .bytes = bytes };
     m->made++;
     return at;
+}
+
+const void *sga_exec_known(struct sga_exec *m, const void *key, size_t bytes)
+{
+    uint64_t hash = hash_of(key, bytes);
+    for (int i = 0; i < m->pages; i += m->piece[i].pages ? m->piece[i].pages : 1) {
+        struct piece *q = m->piece + i;
+        if (q->key && q->key_hash == hash && q->key_bytes == bytes && memcmp(q->key, key, bytes) == 0) {
+            q->users++;
+            m->found++;
+            return m->base + (size_t)i * PAGE;
+        }
+    }
+    return NULL;
+}
+
+void sga_exec_name(struct sga_exec *m, const void *at, const void *key, size_t bytes)
+{
+    size_t page = (size_t)((const unsigned char *)at - m->base) / PAGE;
+    assert(page < (size_t)m->pages && m->piece[page].users > 0);
+    struct piece *q = m->piece + page;
+    if (q->key)
+        return;
+    q->key = sga_malloc(bytes);
+    memcpy(q->key, key, bytes);
+    q->key_bytes = bytes;
+    q->key_hash = hash_of(key, bytes);
 }
 
 bool sga_exec_repeats(const struct sga_exec *m) { return m->found > 2 * m->made; }

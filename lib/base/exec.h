@@ -26,6 +26,10 @@ void sga_exec_range(const struct sga_exec *m, void **base, size_t *bytes);
  * whole pages, and a system call for each and one more; nothing of it where the same bytes were added before and their room was not
  * wanted since (the motions of a sweep make the same code again and again). */
 const void *sga_exec_add(struct sga_exec *m, const void *code, size_t bytes);
+/* By what code is made from, which saves making it: a key of any bytes that decides about all bytes of the code. sga_exec_name gives one to what
+ * was added (the first that it gets stays); sga_exec_known finds it, as sga_exec_add does where the code is there, or NULL. */
+void sga_exec_name(struct sga_exec *m, const void *at, const void *key, size_t bytes);
+const void *sga_exec_known(struct sga_exec *m, const void *key, size_t bytes);
 /* Most of what was added was there: code costs no system calls as a rule, as in a sweep, and pays at once. */
 bool sga_exec_repeats(const struct sga_exec *m);
 /* Once for each that was added: its pages may be used again. */

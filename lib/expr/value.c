@@ -4,6 +4,7 @@
 
 #include "value.h"
 
+#include <float.h>
 #include <math.h>
 
 double expr_function_value(enum expr_op op, double a)
@@ -20,10 +21,17 @@ double expr_function_value(enum expr_op op, double a)
     }
 }
 
-/* 80 bits cut off, an 81st that says whether anything was lost, then one rounding: right for subnormal
- * doubles too. */
+bool expr_short_fraction(const fmpq *q)
+{
+    return fmpz_bits(fmpq_numref(q)) <= DBL_MANT_DIG && fmpz_bits(fmpq_denref(q)) <= DBL_MANT_DIG;
+}
+
+/* Of doubles, one division rounds right. Otherwise 80 bits cut off, an 81st that says whether anything was lost, then one rounding: right for
+ * subnormal doubles too. */
 double expr_nearest_double(const fmpq *q)
 {
+    if (expr_short_fraction(q))
+        return fmpz_get_d(fmpq_numref(q)) / fmpz_get_d(fmpq_denref(q));
     mpfr_t x;
     mpfr_init2(x, 80);
     bool exact = fmpq_get_mpfr(x, q, MPFR_RNDZ) == 0;

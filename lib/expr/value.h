@@ -11,5 +11,7 @@
 double expr_function_value(enum expr_op op, double a);
 /* The double nearest to q, also where it is subnormal. */
 double expr_nearest_double(const fmpq *q);
+/* Its numerator and denominator are doubles. */
+bool expr_short_fraction(const fmpq *q);
 
 #endif

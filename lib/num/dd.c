@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "mem.h"
+#include "value.h"
 
 #define BITS 150
 
@@ -100,6 +101,10 @@ num_dd num_dd_function2(enum expr_op op, num_dd a, num_dd b)
 
 num_dd num_dd_of_fmpq(const fmpq_t q)
 {
+    if (expr_short_fraction(q)) {        /* what a division leaves is a double */
+        double n = fmpz_get_d(fmpq_numref(q)), d = fmpz_get_d(fmpq_denref(q)), high = n / d;
+        return (num_dd){ high, fma(-high, d, n) / d };
+    }
     mpfr_t x;
     mpfr_init2(x, BITS);
     fmpq_get_mpfr(x, q, MPFR_RNDN);

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "exec.h"
 #include "mem.h"
 #include "tape_compiler.h"
@@ -423,11 +424,33 @@ void compiler_deliver_rest(struct compiler *c)
     }
 }
 
-bool tape_compile(struct num_tape *t)
+/* Whether the code holds no address of the tape's own. */
+static bool by_structure(const struct num_tape *t)
+{
+    for (int i = t->nstatic; i < t->ncode; i++) {
+        int op = t->code[i].op;
+        if (op == TAPE_COMPONENT || !(in_line(op) || op == TAPE_SINCOS || (op < EXPR_OP_COUNT && (function[op] || function2[op]))))
+            return false;
+    }
+    return true;
+}
+
+/* All that tape_compile reads of a tape by_structure; malloced. */
+static void *key_of(const struct num_tape *t, size_t *bytes)
+{
+    const int head[] = { t->ninputs, t->nroots, t->code_slot, t->ncode, t->nstatic, t->ntimed, t->slots, t->first_roots, t->keep_all };
+    size_t code = (size_t)(t->ncode - t->nstatic) * sizeof *t->code, roots = (size_t)t->nroots * sizeof *t->root;
+    *bytes = sizeof head + code + roots;
+    char *key = sga_malloc(*bytes);
+    memcpy(key, head, sizeof head);
+    memcpy(key + sizeof head, t->code + t->nstatic, code);
+    memcpy(key + sizeof head + code, t->root, roots);
+    return key;
+}
+
+static const void *make(struct num_tape *t)
 {
     struct compiler c;
-    if (t->slots > INT_MAX / 16)
-        return false;
     compiler_begin(&c, t);
     compiler_find_uses(&c, t->nstatic);
     compiler_look(&c);
@@ -445,9 +468,26 @@ bool tape_compile(struct num_tape *t)
     compiler_deliver_rest(&c);
     x64_leave(&c.code);
     const void *at = sga_exec_add(t->memory, c.code.byte, c.code.count);
+    compiler_end(&c);
+    return at;
+}
+
+bool tape_compile(struct num_tape *t)
+{
+    if (t->slots > INT_MAX / 16)
+        return false;
+    size_t bytes = 0;
+    SGA_FREED void *key = by_structure(t) ? key_of(t, &bytes) : NULL;
+    const void *at = key ? sga_exec_known(t->memory, key, bytes) : NULL;
+    if (at) {
+        compiler_look(&(struct compiler){ .t = t });
+    } else {
+        at = make(t);
+        if (at && key)
+            sga_exec_name(t->memory, at, key, bytes);
+    }
     tape_forget_time(t);
     if (at)
         t->compiled = (void (*)(double *, double *, double *, const double *))(uintptr_t)at;
-    compiler_end(&c);
     return at != NULL;
 }

@@ -105,7 +105,7 @@ bool poly_denominator_factors(struct expr_store *st, expr_id e, const struct pol
 bool poly_bridge_numerator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out);
 bool poly_bridge_denominator_factors(struct poly_bridge *b, expr_id e, struct poly_factors *out);
 void poly_factors_clear(struct poly_factors *f);
-/* e is a polynomial with rational coefficients in its symbols, of degree 1 or 2, and shown not to factor over them. False: not shown (some
+/* e is a polynomial with rational coefficients in its symbols, of degree 2 or of the first degree in one of them, and shown not to factor. False: not shown (some
  * of those that do not factor are not seen). *at_origin (or NULL; only after true): it seems to be 0 where all symbols are. Cost: a small part
  * of factoring; no limits are asked. */
 bool poly_shown_irreducible(const struct expr_store *st, expr_id e, bool *at_origin);

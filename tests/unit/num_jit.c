@@ -1,7 +1,7 @@
 /* Machine code against the interpreter, bit for bit: random expressions over all operators, at
  * ordinary and at extreme points; and what happens where no memory may be made executable. */
 #define _GNU_SOURCE
-#include "check.h"
+#include "check_read.h"
 
 #include <errno.h>
 #include <linux/filter.h>
@@ -347,6 +347,65 @@ static void pages(void)
     sga_exec_free(m);
 }
 
+/* Code by what it is made from. */
+static void named(void)
+{
+    static const unsigned char code[] = { 0xB8, 42, 0, 0, 0, 0xC3 };
+    unsigned char wide[2 * 4096] = { 0xB8, 7, 0, 0, 0, 0xC3 };
+    struct sga_exec *m = sga_exec_new(2 * 4096);
+    CHECK(!sga_exec_known(m, "key", 3), "nothing is there");
+    const void *a = sga_exec_add(m, code, sizeof code);
+    sga_exec_name(m, a, "key", 3);
+    CHECK(sga_exec_known(m, "key", 3) == a && !sga_exec_known(m, "kez", 3) && !sga_exec_known(m, "key", 2) && !sga_exec_known(m, "", 0), "by its key alone");
+    sga_exec_name(m, a, "another", 7);
+    CHECK(sga_exec_known(m, "key", 3) == a && !sga_exec_known(m, "another", 7), "the first key stays");
+    sga_exec_drop(m, a);
+    sga_exec_drop(m, a);
+    CHECK(!sga_exec_add(m, wide, sizeof wide), "who found it uses it");
+    sga_exec_drop(m, a);
+    CHECK(sga_exec_known(m, "key", 3) == a && ((int (*)(void))(uintptr_t)a)() == 42, "kept without users");
+    sga_exec_drop(m, a);
+    const void *b = sga_exec_add(m, wide, sizeof wide);
+    CHECK(b && !sga_exec_known(m, "key", 3), "its room was wanted");
+    sga_exec_drop(m, b);
+    sga_exec_free(m);
+}
+
+/* Tapes of one form with other constants share their code, and each has its own values; tapes of other forms do not. */
+static void constants(void)
+{
+    enum { TAPES = 40 };
+    static const char *const form[] = { "%.6f*x^2 + sin(%.6f*x + y)/%.6f", "%.6f*x^2 - sin(%.6f*x + y)/%.6f", "%.6f*y^2 + sin(%.6f*x + y)/%.6f", "%.6f*x^3 + sin(%.6f*x + y)/%.6f" };
+    struct sga_exec *m = sga_exec_new(sizeof form / sizeof *form * 4096);     /* a page for each form */
+    struct expr_store st;
+    struct num_tape *plain[TAPES], *fast[TAPES];
+    double in[2] = { 0.7, -1.3 }, a, b;
+    expr_store_init(&st);
+    expr_symbol_add(&st, "x", EXPR_VARIABLE);
+    expr_symbol_add(&st, "y", EXPR_VARIABLE);
+    for (int i = 0; i < TAPES; i++) {
+        char text[200];
+        snprintf(text, sizeof text, form[i % 4], 1.5 + random_unit(&rng), 2 + random_unit(&rng) / 3, 7 + random_unit(&rng));
+        expr_id e = check_read(&st, text);
+        plain[i] = num_tape_new(&st, &e, 1, (int[]){ 0, 1 }, 2, NULL);
+        fast[i] = num_tape_new(&st, &e, 1, (int[]){ 0, 1 }, 2, NULL);
+        num_tape_compile(fast[i], m);
+        warm(fast[i], &b);
+        CHECK(num_tape_compiled(fast[i]), "tape %d has no code", i);
+    }
+    for (int i = 0; i < TAPES; i++) {
+        num_tape_eval(plain[i], in, &a);
+        num_tape_eval(fast[i], in, &b);
+        CHECK(same(a, b), "tape %d: %a, %a", i, a, b);
+    }
+    for (int i = 0; i < TAPES; i++) {
+        num_tape_free(plain[i]);
+        num_tape_free(fast[i]);
+    }
+    expr_store_clear(&st);
+    sga_exec_free(m);
+}
+
 /* From now on mprotect with PROT_EXEC fails, as under systemd's MemoryDenyWriteExecute. */
 static bool forbid(void)
 {
@@ -427,6 +486,8 @@ int main(void)
     signals(memory);
     same_time(memory);
     pages();
+    named();
+    constants();
     without_leave();
     sga_exec_free(memory);
     flint_cleanup();
