@@ -7,6 +7,7 @@ import glob
 import os
 import random
 import re
+import subprocess
 import sys
 from fractions import Fraction
 
@@ -335,8 +336,29 @@ def check_assertions(tally):
         tally.check(lines > 300 and 1000 * len(stated) >= 5 * lines, f"server/{folder}: {len(stated)} invariants in {lines} lines")
 
 
+BENCHES = {"tests/bench/run": "tests/bench/*.c", "tests/bench/ode/build.sh": "tests/bench/ode/*.c"}    # by the script that builds them
+
+
+def check_benches(tally):
+    """The programs of the benchmarks, which no other test builds, are read by the compiler as their scripts have them built."""
+    for script, sources in BENCHES.items():
+        with open(os.path.join(ROOT, script), encoding="utf-8") as f:
+            told = f.read()
+        folders = ["lib/" + name for names in re.findall(r"for floor in ([^;]*);", told) for name in names.split()] + re.findall(r"-iquote ([a-z/]+)(?=\s)", told)
+        tally.check(len(folders) > 10, script, f"folders of headers: {folders}")
+        for path in sorted(glob.glob(os.path.join(ROOT, sources))):
+            name = os.path.relpath(path, ROOT)
+            with open(path, encoding="utf-8") as f:
+                if "include <sun" in f.read() and not os.path.exists("/usr/include/sundials"):      # a package of the benchmarks alone
+                    continue
+            run = subprocess.run(["gcc", "-std=gnu11", "-fsyntax-only", "-I/usr/include/suitesparse", *(word for folder in folders for word in ("-iquote", folder)), name],
+                                 cwd=ROOT, capture_output=True, text=True)
+            tally.check(run.returncode == 0, name, run.stderr[:1000])
+
+
 def main():
     tally = Tally("self")
+    check_benches(tally)
     check_assertions(tally)
     check_caps(tally)
     check_ends(tally)

@@ -20,6 +20,7 @@
 #include "flow.h"
 #include "ode.h"
 #include "problem.h"
+#include "reduction.h"
 #include "request.h"
 #include "oracle.h"
 
