@@ -5,6 +5,7 @@ tiers' weights go to 0 one after the other, which Newton's method on Lagrange's 
 1, 10^-4 and 10^-8 from many places, and from the nearest of what that finds in 60 digits with 1, 10^-14 and 10^-28. And every start of the corpus's own cases, in six orders of variables and
 equations, is the same to 1e-9. Starts in units in which coordinates are large. SGA_TEST_SEED repeats a run, SGA_TEST_SCALE makes it longer."""
 import json
+import math
 import os
 import random
 import sys
@@ -210,6 +211,54 @@ def large(tally, solver):
             tally.check(abs(x * x + y * y - off * off) < 1e-12, name, f"{x} {y}")
 
 
+def hung(rng):
+    """A chain of rods at right angles, with places and velocities as a program computes them: 6e-17 for cos(pi/2). The request, and the same with zeros."""
+    n, unit = rng.randint(1, 3), 10.0 ** rng.choice([0, 0, 0, -6, -3, 3, 6])
+    form, gravity = rng.choice(["squares", "distances", "directions", "reciprocals", "factors"]), rng.choice([9.81, 0, 0])     # without it nothing else tells a size
+    at, speed, place, rate, equations, initial = [0, 0], [0, 0], [], [], [], {}
+    names = [c + str(i) for c in "xyl" for i in range(n)]
+    length = [unit * rng.choice([0.5, 1, 1.25, 2]) for _ in range(n)]
+    for i in range(n):
+        angle, turn = math.pi / 2 * rng.choice([0, 1, 1, 2, -1, 3]), rng.choice([0, 1.7, -3, rng.uniform(-4, 4)])
+        at = [at[0] + length[i] * math.sin(angle), at[1] - length[i] * math.cos(angle)]
+        speed = [speed[0] + length[i] * math.cos(angle) * turn, speed[1] + length[i] * math.sin(angle) * turn]
+        place.append(at)
+        rate.append(speed)
+        initial |= {f"x{i}": at[0], f"y{i}": at[1], f"x{i}'": speed[0], f"y{i}'": speed[1]}
+        dx, dy = (f"({c}{i} - {c}{i - 1})" if i else f"{c}{i}" for c in "xy")
+        square, size = f"({dx}^2 + {dy}^2)", f"{length[i]!r}"
+        equations += {"squares": [f"{square} = {size}^2"], "distances": [f"r{i}^2 = {square}", f"r{i} = {size}"],
+                      "directions": [f"{size}*c{i} = {dx}", f"{size}*s{i} = {dy}", f"c{i}^2 + s{i}^2 = 1"], "reciprocals": [f"1/{square} = 1/{size}^2"],
+                      "factors": [f"({square} - {size}^2)*exp(x{i}/{unit!r}) = 0"]}[form]
+        names += {"distances": [f"r{i}"], "directions": [f"c{i}", f"s{i}"]}.get(form, [])
+        initial |= {f"r{i}": length[i]} if form == "distances" else {}
+    for i in range(n):
+        for c in "xy":
+            pull = [f"l{i}*({c}{i}" + (f" - {c}{i - 1})" if i else ")")] + ([f"(-l{i + 1}*({c}{i + 1} - {c}{i}))"] if i + 1 < n else [])
+            equations.append(f"{c}{i}'' = -({' + '.join(pull)}){f' - {gravity * unit!r}' if c == 'y' else ''}")
+    rng.shuffle(names)
+    rng.shuffle(equations)
+    request = {"system": {"form": "equations", "variables": names, "equations": equations}, "want": ["trajectory"],
+               "trajectory": {"stop": 0.5, "samples": 3, "initial": initial}, "accuracy": {"rtol": 1e-9, "arithmetic": rng.choice(["auto", "auto", "double-double"])}}
+    sizes = {k: max(abs(v) for v in initial.values()) if "'" in k else unit for k in initial}
+    return request, {k: 0.0 if abs(v) < 1e-14 * sizes[k] else v for k, v in initial.items()}, sizes
+
+
+def roundings(tally, rng, solver, number):
+    """Given values that are roundings of 0 stay with all others, and the motion is that of zeros."""
+    request, zeros, sizes = hung(rng)
+    label = f"roundings {number}: {request['system']['equations']}, {request['trajectory']['initial']}"
+    (result, problem), (plain, _) = solver.solve(request), solver.solve({**request, "trajectory": {**request["trajectory"], "initial": zeros}})
+    if not tally.check(result is not None and plain is not None, label, str(problem)):
+        return
+    told, motion, other = result["trajectory"]["initial"], result["trajectory"], plain["trajectory"]
+    worst = max(abs(told["projected"][k] - v) / sizes[k] for k, v in told["given"].items())
+    tally.check(worst < 1e-14, label, f"moved by {worst} of its size: {told['projected']}")
+    for a, b, errors in zip(motion["rows"], other["rows"], zip(motion["errors"], other["errors"])):
+        column = max((abs(x - y), motion["columns"][i]) for i, (x, y) in enumerate(zip(a, b)) if motion["columns"][i] in sizes)
+        tally.check(column[0] <= 2 * sum(errors) + 1e-11 * sizes[column[1]], label, f"at {a[0]} {column} from the motion of zeros, errors {errors}")
+
+
 def main():
     tally = Tally("start")
     rng = random.Random(seed(20261122))
@@ -218,6 +267,8 @@ def main():
     for number in range(scaled(12)):
         body(tally, rng, solver, number)
     large(tally, solver)
+    for number in range(scaled(25)):
+        roundings(tally, rng, solver, number)
     return tally.end()
 
 

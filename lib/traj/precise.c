@@ -199,7 +199,7 @@ static bool stays(struct precise *p, const struct outcome *o, struct outcome *ne
 /* Solves until the estimate is within the tolerances asked for. Returns why it is not, or NULL. */
 static const char *refine(struct precise *p, struct outcome *o, struct traj_result *r)
 {
-    double rtol = fmax(p->rq->rtol, LOOSER * TIGHTEST_RTOL), atol = p->rq->atol, ratio = LOOSER;
+    double rtol = fmax(p->rq->rtol, LOOSER * TIGHTEST_RTOL), atol = p->rq->atol, ratio = LOOSER, apart = 0;
     if (p->rq->single) {
         solve(p, rtol, atol, false, o);
         return NULL;
@@ -209,7 +209,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         return keep_rows(p, rtol, atol, o, r);
     for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path) && !o->path.lost; solutions++) {
         struct outcome next;
-        double before = o->worst;
+        double before = o->worst, apart_before = apart;
         assert(ratio >= 2);       /* solutions nearer to each other say nothing of their errors */
         rtol /= ratio;
         atol /= ratio;
@@ -224,6 +224,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         if (rows_are_kept(p->rq) && next.path.reason == ODE_TIME_LIMIT)
             end_at_rows(p, &next, o, next.path.detail);
         set_errors(p, &next, o, ALLOWANCE);
+        apart = next.worst;         /* what falls where tolerances still count: the estimate may have another factor than the one before */
         if (ratio > LOOSER && next.worst < 0.3 * before)
             set_errors(p, &next, o, fmin(ALLOWANCE, SURE / ratio));
         clear(o);
@@ -233,7 +234,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         ratio = fmin(fmin(LOOSEST, fmax(LOOSER, 0.5 * o->worst)), rtol / TIGHTEST_RTOL);
         if (isinf(o->worst))
             ratio = fmin(LOOSER, ratio);
-        if (ratio < 2 || (solutions > 2 && !(o->worst < 0.9 * before)))
+        if (ratio < 2 || (solutions > 2 && !(apart < 0.9 * apart_before)))
             break;
     }
     if (!o->error)

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "natural.h"
 #include "scaling.h"
@@ -18,6 +19,10 @@ static const double SMALL = -10, LARGE = 20, ROOM = 6, MOST = 900;
 static const double TIME_WEIGHT = 0.01;
 /* For values that are not given those that are say little, where equations tell sizes: what begins small need not stay so. */
 static const double HINT = 0.1;
+/* log2: given values that may be roundings of 0 (cos(pi/2)) are this far below the largest one, and those that are below their size. */
+static const double SUSPECT = -43, ROUNDED = -47;
+/* They say this much of their size: enough where nothing else does. */
+static const double SLIGHT = 1e-3;
 /* What became larger than its unit by more than this had the wrong one. */
 static const double WRONG = 8;
 /* What stayed below this part of its unit was never there. */
@@ -26,12 +31,18 @@ static const double NEVER_THERE = 1e-3;
 /* What is given is what the request gives: at the start of a later piece values near 0 are roundings. */
 static const struct traj_request *giver(const struct traj_request *rq) { return rq->sized_by ? rq->sized_by : rq; }
 
-static void given(struct scaling *w, const struct traj_request *from, int n, double weight)
+static bool has_size(const struct traj_request *from, int j)
+{
+    return from->given[j] && from->initial[j] != 0 && isfinite(from->initial[j]);
+}
+
+/* slight: by variable, those that say little. */
+static void given(struct scaling *w, const struct traj_request *from, int n, double weight, const unsigned char *slight)
 {
     double span = from->samples ? fabs(from->times[from->samples - 1] - from->start) : 0;
     for (int j = 0; j < n; j++)
-        if (from->given[j] && from->initial[j] != 0 && isfinite(from->initial[j]))
-            scaling_anchor(w, j, log2(fabs(from->initial[j])), weight);
+        if (has_size(from, j))
+            scaling_anchor(w, j, log2(fabs(from->initial[j])), slight[j] ? SLIGHT * weight : weight);
     if (span > 0)
         scaling_anchor(w, n, log2(span), TIME_WEIGHT * weight);
 }
@@ -40,7 +51,7 @@ static void given(struct scaling *w, const struct traj_request *from, int n, dou
 static void at_least_given(const struct traj_request *from, int n, double *log)
 {
     for (int j = 0; j < n; j++)
-        if (from->given[j] && from->initial[j] != 0 && isfinite(from->initial[j]))
+        if (has_size(from, j))
             log[j] = fmax(log[j], log2(fabs(from->initial[j])) + SMALL);
 }
 
@@ -57,13 +68,13 @@ static double unit_of(double log, bool from_zero)
 
 /* log2 of the sizes into log (n + 1), from the equations and from what is given (for the others: where equations leave them open); NULL: too
  * many variables. The caller frees it. */
-static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, bool others, double *log)
+static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, bool others, const unsigned char *slight, double *log)
 {
     struct scaling *w = natural_scaling(sys, true, others);
     if (w) {
         if (scaling_cut(w) && !rq->own_atol)
             sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
-        given(w, giver(rq), n, others ? HINT : 1);
+        given(w, giver(rq), n, others ? HINT : 1, slight);
         scaling_logs(w, log);
         at_least_given(giver(rq), n, log);
     }
@@ -88,29 +99,50 @@ static void weigh_others(struct sizes *s, const struct traj_request *from, const
     }
 }
 
+/* slight[j] (n, zero on entry): given values that are roundings of 0 beside the sizes that the others and the equations tell. A start that is
+ * moved by their size would move all else: a velocity of 1 is nothing to stop then. */
+static void find_roundings(const struct sys_system *sys, const struct traj_request *rq, int n, unsigned char *slight, double *log)
+{
+    const struct traj_request *from = giver(rq);
+    double most = 0;
+    bool any = false;
+    for (int j = 0; j < n; j++)
+        most = has_size(from, j) ? fmax(most, fabs(from->initial[j])) : most;
+    for (int j = 0; j < n; j++) {
+        slight[j] = has_size(from, j) && log2(fabs(from->initial[j])) < log2(most) + SUSPECT;
+        any |= slight[j];
+    }
+    struct scaling *w = any ? sizes_of(sys, rq, n, false, slight, log) : NULL;
+    for (int j = 0; j < n; j++)
+        slight[j] = slight[j] && w && log2(fabs(from->initial[j])) < log[j] + ROUNDED;
+    scaling_free(w);
+}
+
 static void find(struct sizes *s, const struct sys_system *sys, const struct traj_request *rq)
 {
     int n = s->n;
     const struct traj_request *from = giver(rq);
-    double *log = sga_malloc((size_t)(n + 2) * sizeof *log);
-    struct scaling *w = sizes_of(sys, rq, n, true, log);
+    SGA_ARENA(mem);
+    double *log = sga_take(&mem, (size_t)(n + 2) * sizeof *log);
+    unsigned char *slight = sga_zeros(&mem, (size_t)n + 1, 1);
+    find_roundings(sys, rq, n, slight, log);
+    struct scaling *w = sizes_of(sys, rq, n, true, slight, log);
     if (!w && !rq->own_atol)
         sga_limit_met(rq->budget, SGA_LIMIT_SCALED);
     if (w)
         weigh_others(s, from, log);
     scaling_free(w);
-    w = sizes_of(sys, rq, n, false, log);
+    w = sizes_of(sys, rq, n, false, slight, log);
     for (int j = 0; j < n && w; j++)
         if (from->given[j])
             s->weight[j] = log[j] <= SMALL || log[j] >= LARGE ? power(log[j]) : 1;
     for (int j = 0; j < n; j++)
         s->uneven |= s->weight[j] != 1;
     for (int j = 0; j < n && w; j++)
-        s->unit[j] = rq->own_atol ? 1 : unit_of(log[j], from->initial[j] == 0);
+        s->unit[j] = rq->own_atol ? 1 : unit_of(log[j], from->initial[j] == 0 || slight[j]);
     for (int k = 0; k < s->columns && w && !rq->own_atol; k++)
         s->column[k] = rq->outputs ? unit_of(scaling_size(w, rq->output[k], log), false) : s->unit[k];
     scaling_free(w);
-    free(log);
 }
 
 static void look(struct sizes *s)
