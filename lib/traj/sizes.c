@@ -21,8 +21,8 @@ static const double TIME_WEIGHT = 0.01;
 static const double HINT = 0.1;
 /* log2: given values that may be roundings of 0 (cos(pi/2)) are this far below the largest one, and those that are below their size. */
 static const double SUSPECT = -43, ROUNDED = -47;
-/* They say this much of their size: enough where nothing else does. */
-static const double SLIGHT = 1e-3;
+/* They say this much of their size: more than nothing does (scaling_rows.c: DAMP, the root), less than any equation. */
+static const double SLIGHT = 0.03;
 /* What became larger than its unit by more than this had the wrong one. */
 static const double WRONG = 8;
 /* What stayed below this part of its unit was never there. */
