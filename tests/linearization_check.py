@@ -8,6 +8,7 @@
 - computed motions beside an equilibrium against exp(A t);
 - symbolic linearizations, at random places: the given equations' matrices against the numeric linearization there, the state form's against difference
   quotients of the reduced field in its own coordinates;
+- places where pivots vanish: chains of rods at right angles;
 - freedom that is taken of least norm: random constant systems in rational arithmetic, and a nonlinear one against difference quotients;
 Refusals are cases as others are.
 """
@@ -21,6 +22,7 @@ import mpmath
 import sympy
 
 import schemas
+import start_check
 from solver import Solver
 from tally import ROOT, Tally, build_folder, scaled, seed
 
@@ -346,6 +348,29 @@ class Check:
             result, problem = self.solver.solve(request)
             self.tally.check(result is None and problem["code"] == code and problem["pointer"] == place, f"least norm, refused: {label}", str(problem or result))
 
+    def hung(self, k):
+        """A chain of rods at right angles, pushed by an input: at such places pivots of the general reduction vanish. At zeros it is what it is at places
+        beside them, as characteristic polynomials see it (in one choice of states, on which it depends where nothing is at rest)."""
+        request, zeros, _ = start_check.hung(random)
+        system = request["system"]
+        system["equations"] = [e + " + F" if e.startswith("x0''") else e for e in system["equations"]]
+        system["variables"].append("F")
+        beside = {name: v for name, v in request["trajectory"]["initial"].items()}
+        found, states, told = [], [], True
+        for initial in (zeros, beside):
+            result, problem = self.solver.solve({"system": system, "want": ["linearization"], "trajectory": {"initial": {**initial, "F": 0}}, "linearization": {"inputs": ["F"]}})
+            if not self.tally.check(result is not None, f"hung {k}: {system['equations']}, {initial}", str(problem)):
+                return
+            states.append(sorted(result["linearization"][0]["state"]["names"]))
+            found.append([complex(re, im) for re, im, times in result["linearization"][0]["eigenvalues"] for _ in range(times)])
+            told = told and result["linearization"][0]["evidence"].get("eigenvalue_error", 0) < 1e-6
+        if states[0] != states[1] or not told:
+            return
+        size = max([1] + [abs(v) for v in found[0]])
+        one, other = (sympy.Poly(sympy.prod([sympy.Symbol("s") - v / size for v in of]), sympy.Symbol("s")).all_coeffs() for of in found)
+        off = max(abs(complex(a - b)) for a, b in zip(one, other)) if len(one) == len(other) else mpmath.inf
+        self.tally.check(off < 1e-9, f"hung {k}: {system['equations']}, {zeros}", f"off by {off}: {found}")
+
     def run(self):
         random.seed(seed(18))
         with open(os.path.join(ROOT, "tests", "cases", "linearization.json"), encoding="utf-8") as f:
@@ -357,6 +382,8 @@ class Check:
             self.built(k)
         self.symbolics()
         self.least_norms()
+        for k in range(scaled(20)):
+            self.hung(k)
         return self.tally.end()
 
 

@@ -180,6 +180,8 @@ void sga_rates_drop(struct sga_solution *solution);
 /* Whether a solution keeps its own rules: generations rise, dimensions fall, pivots, parts and free columns are of the system, fields are
  * complete. Asserted where a stage of a job ends. */
 bool sga_solution_sane(const struct sys_system *system, const struct sga_solution *solution);
+/* Whether two reductions of one system, with other pivots, say the same of the set and of how much moves on it. */
+bool sga_solution_same_kind(const struct sga_solution *a, const struct sga_solution *b);
 void sga_conditions_clear(struct sga_conditions *conditions);
 
 /* The generations of the first `constraints` as stages for points_find_staged: end[k] (room for `generations`) is the

@@ -41,3 +41,10 @@ bool sga_solution_sane(const struct sys_system *sys, const struct sga_solution *
         sane = s->field[j] > 0 && s->field[j] < sys->store->nodes;
     return sane && (s->verdict != SGA_UNIQUE || !s->free_columns);
 }
+
+bool sga_solution_same_kind(const struct sga_solution *a, const struct sga_solution *b)
+{
+    if (!a->generations != !b->generations || (a->generations && a->dimension[a->generations - 1] != b->dimension[b->generations - 1]))
+        return false;
+    return a->verdict == b->verdict && a->constraints == b->constraints && a->free_columns == b->free_columns && !b->specials && a->sides == b->sides;
+}

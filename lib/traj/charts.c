@@ -271,14 +271,6 @@ static bool same_switches(const struct num_switches *a, const struct num_switche
     return a->count == b->count && (!a->count || memcmp(a->argument, b->argument, (size_t)a->count * sizeof *a->argument) == 0);
 }
 
-/* The two reductions say the same of the set and of what moves on it. */
-static bool same_kind(const struct sga_solution *a, const struct sga_solution *b)
-{
-    if (!a->generations != !b->generations || (a->generations && a->dimension[a->generations - 1] != b->dimension[b->generations - 1]))
-        return false;
-    return a->verdict == b->verdict && a->constraints == b->constraints && a->free_columns == b->free_columns && !b->specials && a->sides == b->sides;
-}
-
 bool charts_solve_at_start(const struct sys_system *sys, const struct sga_solution *first, const struct traj_request *rq, struct sga_solution *own,
                            struct points_oracle *oracle)
 {
@@ -291,7 +283,7 @@ bool charts_solve_at_start(const struct sys_system *sys, const struct sga_soluti
     struct reduction_options options = { .near = rq->initial, .near_given = rq->given, .near_time = rq->start, .near_pivots = true, .seed = SGA_SEED_CHART,
                                          .budget = rq->budget, .gauge_fields = first->free_columns > 0 };
     points_oracle_init(oracle, SGA_SEED_CHART);
-    if (sga_reduce(sys, &options, oracle, own, &ignored) && same_kind(first, own))
+    if (sga_reduce(sys, &options, oracle, own, &ignored) && sga_solution_same_kind(first, own))
         return true;
     sga_solution_clear(own);
     points_oracle_clear(oracle);
@@ -322,7 +314,7 @@ static bool make(struct flow *f, struct chart *c, const struct sga_solution *fir
     struct sga_error ignored = { 0 };
     struct reduction_options options = { .near = at_zero, .near_time = zero, .near_pivots = true, .seed = SGA_SEED_CHART, .budget = rq->budget, .gauge_fields = first->free_columns > 0 };
     points_oracle_init(&c->oracle, SGA_SEED_CHART);
-    if (!sga_reduce(f->sys, &options, &c->oracle, &c->solution, &ignored) || !same_kind(first, &c->solution))
+    if (!sga_reduce(f->sys, &options, &c->oracle, &c->solution, &ignored) || !sga_solution_same_kind(first, &c->solution))
         return false;
     bool ok = flow_init(&c->own, f->sys, &c->solution, rq, &ignored);
     if (!ok || !same_switches(&f->field.switches, &c->own.field.switches) || c->own.bands != f->bands)

@@ -5,12 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "budget.h"
 #include "integrate.h"
 #include "oracle.h"
 #include "points.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
+#include "seeds.h"
 #include "start_of.h"
 #include "system.h"
 #include "trajectory.h"
@@ -41,12 +43,45 @@ void ask_begin(struct ask_work *s, struct job *j, const struct request_ports *p,
     sga_json_begin(&s->json, out);
 }
 
+/* By a reduction whose pivots are large there: formulas whose pivots vanish at a point have no value at it, whatever they are of. */
+static bool with_pivots_of(struct ask_work *s, struct linearization *l, const struct linear_guess *guess)
+{
+    struct job *j = s->j;
+    struct reduction_options options = { .near = guess->x, .near_time = guess->t, .near_pivots = true, .parameter_near = j->start.parameter, .seed = SGA_SEED_CHART,
+                                         .budget = j->budget, .gauge_fields = true };
+    struct sga_solution own;
+    struct points_oracle oracle;
+    struct sga_error ignored = { 0 };
+    struct linear_request rq = s->rq;
+    points_oracle_init(&oracle, SGA_SEED_CHART);
+    rq.sol = &own;
+    rq.oracle = &oracle;
+    bool ok = sga_reduce(s->rq.sys, &options, &oracle, &own, &ignored) && sga_solution_same_kind(s->rq.sol, &own);
+    if (ok) {
+        linearization_clear(l);
+        ok = linearize(l, &rq, guess, &ignored);
+    }
+    sga_solution_clear(&own);
+    points_oracle_clear(&oracle);
+    return ok;
+}
+
+bool ask_linearize(struct ask_work *s, struct linearization *l, const struct linear_guess *guess, struct sga_error *err)
+{
+    if (linearize(l, &s->rq, guess, err))
+        return true;
+    if ((err->code != SGA_E_UNDECIDED && err->code != SGA_E_EXPR_UNDEFINED) || !sga_budget_ok(s->rq.budget, NULL) || !with_pivots_of(s, l, guess))
+        return false;
+    *err = (struct sga_error){ 0 };
+    return true;
+}
+
 /* At a point of the final set. */
 static bool at_point(struct ask_work *s, const struct linear_guess *guess, bool anywhere)
 {
     struct job *j = s->j;
     struct linearization l;
-    bool ok = linearize(&l, &s->rq, guess, j->err) && s->take(s, &l, anywhere);
+    bool ok = ask_linearize(s, &l, guess, j->err) && s->take(s, &l, anywhere);
     linearization_clear(&l);
     return ok && job_goes_on(j) && answer_fits(j, s->json.out);
 }

@@ -7,6 +7,7 @@
 #include "linear_write.h"
 
 struct job;
+struct sga_error;
 struct request_initial;
 struct request_ports;
 
@@ -29,6 +30,8 @@ bool ask_is_free(const struct job *j, int k);
 void ask_drop_determined(struct ask_work *s);
 /* False where nothing can be linearized: NO_MOTION. */
 bool ask_possible(struct job *j);
+/* As linearize, with pivots that are large at the point where the solution's vanish there. */
+bool ask_linearize(struct ask_work *s, struct linearization *l, const struct linear_guess *guess, struct sga_error *err);
 /* At the consistent start from these values; at the start of the trajectory (or anywhere, where there is none); along it. */
 bool ask_at_values(struct ask_work *s, double time, const struct request_initial *initial, int count, bool anywhere);
 bool ask_at_start(struct ask_work *s);

@@ -181,7 +181,7 @@ static bool write_point(struct rest *r, const struct equilibrium *p, const struc
     struct sga_error why = { .code = SGA_E_OK };
     struct linear_guess guess = { .x = p->x, .zero = p->zero, .zeros = p->zeros, .budget = j->budget };
     sga_json_object(&r->s.json);
-    if (linearize(&l, &r->s.rq, &guess, &why) && linear_modes_find(&m, &l, j->budget, &why)) {
+    if (ask_linearize(&r->s, &l, &guess, &why) && linear_modes_find(&m, &l, j->budget, &why)) {
         bool certified = rest_certified(p, &l);
         r->certified += certified;
         write_head(r, p, shape, l.place.x, certified, family);

@@ -69,7 +69,7 @@ static int certified_anywhere(struct rest *r, const struct equilibria_algebra *a
     for (int k = 0; k < e.points && ok; k++) {
         struct linearization l;
         struct linear_guess guess = { .x = e.point[k].x, .zero = e.point[k].zero, .zeros = e.point[k].zeros, .budget = r->j->budget };
-        bool proved = e.point[k].kink || (linearize(&l, &r->s.rq, &guess, &why) && rest_certified(e.point + k, &l));
+        bool proved = e.point[k].kink || (ask_linearize(&r->s, &l, &guess, &why) && rest_certified(e.point + k, &l));
         count += proved;
         *within += proved && is_within(r, e.point[k].x);
         if (!e.point[k].kink)
