@@ -363,7 +363,9 @@ class Check:
                 return
             states.append(sorted(result["linearization"][0]["state"]["names"]))
             found.append([complex(re, im) for re, im, times in result["linearization"][0]["eigenvalues"] for _ in range(times)])
-            told = told and result["linearization"][0]["evidence"].get("eigenvalue_error", 0) < 1e-6
+            error = result["linearization"][0]["evidence"].get("eigenvalue_error", 0)
+            told = told and error < 1e-6
+            self.tally.check(error <= 0.1 * max([1] + [abs(v) for v in found[-1]]), f"hung {k}: {system['equations']}, {initial}", f"eigenvalues to {error}: {found[-1]}")
         if states[0] != states[1] or not told:
             return
         size = max([1] + [abs(v) for v in found[0]])

@@ -2,6 +2,7 @@
 #include "spectrum_of.h"
 
 #include <acb_mat.h>
+#include <acb_poly.h>
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
@@ -165,6 +166,89 @@ static void cut_back(acb_ptr e, const acb_t all)
     arb_intersection(acb_imagref(e), acb_imagref(e), acb_imagref(all), LINEAR_BITS);
 }
 
+enum { MOST_DISCS = 30 };      /* beyond it the polynomial costs more than it tells */
+
+/* Points that lie on each other tell nothing: each goes 2^log of the size its own way; log 0: none does. */
+static void spread(acb_ptr to, acb_srcptr near, int n, int log, int size)
+{
+    acb_t way;
+    acb_init(way);
+    for (int i = 0; i < n; i++) {
+        acb_set(to + i, near + i);
+        if (!log)
+            continue;
+        acb_unit_root(way, (ulong)n, LINEAR_BITS);
+        acb_pow_ui(way, way, (ulong)i, LINEAR_BITS);
+        acb_mul_2exp_si(way, way, log + size);
+        acb_add(to + i, to + i, way, LINEAR_BITS);
+        acb_get_mid(to + i, to + i);
+    }
+    acb_clear(way);
+}
+
+/* Of |p(z_i)| / prod |z_i - z_k|, times the number of points. */
+static void disc_radius(mag_t radius, const acb_poly_t p, acb_srcptr z, int n, int i)
+{
+    acb_t apart, product;
+    SGA_ENDS(mag_end) mag_t below = { 0 };
+    acb_init(apart);
+    acb_init(product);
+    acb_one(product);
+    for (int k = 0; k < n; k++)
+        if (k != i) {
+            acb_sub(apart, z + i, z + k, LINEAR_BITS);
+            acb_mul(product, product, apart, LINEAR_BITS);
+        }
+    acb_poly_evaluate(apart, p, z + i, LINEAR_BITS);
+    acb_get_mag(radius, apart);
+    acb_get_mag_lower(below, product);
+    mag_div(radius, radius, below);
+    mag_mul_ui(radius, radius, (ulong)n);
+    acb_clear(product);
+    acb_clear(apart);
+}
+
+/* Discs about points near the eigenvalues (n), by the characteristic polynomial: those that hang together hold as many roots as they are (Smith
+ * 1970). For eigenvalues so near to each other that no invariant subspace is told; the points are spread as far as gives the smallest discs. */
+static void discs(acb_ptr e, acb_srcptr near, const struct linear_matrix *A)
+{
+    static const int log[] = { 0, -150, -100, -80, -60, -50, -40, -30, -20, -10 };
+    int n = linear_rows(A);
+    arb_poly_t real;
+    acb_poly_t p;
+    acb_ptr z = _acb_vec_init(n);
+    mag_ptr radius = _mag_vec_init(n);
+    SGA_ENDS(mag_end) mag_t most = { 0 }, least = { 0 };
+    arb_poly_init(real);
+    acb_poly_init(p);
+    arb_mat_bound_inf_norm(most, A->b);
+    int size = mag_get_d(most) > 0 && isfinite(mag_get_d(most)) ? ilogb(mag_get_d(most)) : 0;
+    arb_mat_charpoly(real, A->b, LINEAR_BITS);
+    acb_poly_set_arb_poly(p, real);
+    mag_inf(least);
+    _acb_vec_indeterminate(e, n);
+    for (size_t way = 0; way < sizeof log / sizeof *log; way++) {
+        spread(z, near, n, log[way], size);
+        mag_zero(most);
+        for (int i = 0; i < n; i++) {
+            disc_radius(radius + i, p, z, n, i);
+            mag_max(most, most, radius + i);
+        }
+        if (mag_cmp(most, least) >= 0)
+            continue;
+        mag_set(least, most);
+        for (int i = 0; i < n; i++) {
+            acb_set(e + i, z + i);
+            arb_add_error_mag(acb_realref(e + i), radius + i);
+            arb_add_error_mag(acb_imagref(e + i), radius + i);
+        }
+    }
+    _mag_vec_clear(radius, n);
+    _acb_vec_clear(z, n);
+    acb_poly_clear(p);
+    arb_poly_clear(real);
+}
+
 static bool enclose(acb_ptr e, const struct linear_matrix *A)
 {
     int n = linear_rows(A);
@@ -174,7 +258,13 @@ static bool enclose(acb_ptr e, const struct linear_matrix *A)
     acb_mat_set_arb_mat(M, A->b);
     acb_ptr near = _acb_vec_init(n);
     acb_mat_approx_eig_qr(near, NULL, R, M, NULL, 0, LINEAR_BITS);
+    for (int i = 0; i < n; i++)
+        acb_get_mid(near + i, near + i);
     bool ok = acb_mat_eig_multiple(e, M, near, R, LINEAR_BITS);
+    if (!ok && n <= MOST_DISCS) {
+        discs(e, near, A);
+        ok = true;
+    }
     _acb_vec_clear(near, n);
     acb_ptr all = _acb_vec_init(1);
     all_within(all, A);
