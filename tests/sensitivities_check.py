@@ -17,6 +17,7 @@ import sympy
 
 import saltation
 import schemas
+import slopes_at_roundings
 import slopes_in_units
 from solver import Solver
 from tally import Tally, build_folder, scaled, seed
@@ -424,6 +425,7 @@ def main():
         check.same(f"{label} {first + n}, double-double against double", {**ask, "accuracy": DD}, ask)
         check.same(*(f"random tables {first + n}: {part}" if i == 0 else part for i, part in enumerate(saltation.random_table(random.Random(first + n)))))
     slopes_in_units.check(check.tally, check.solver, 125 + first, scaled(24))
+    slopes_at_roundings.check(check.tally, check.solver)
     return check.tally.end()
 
 

@@ -14,6 +14,8 @@
 
 /* How large a change of derivatives is told from the roundings of a motion, beside their size; and how much more than one choice of signs other ones may come to. */
 static const double SEEN = 1e-3, SIGNS = 2;
+/* Derivatives of the start: beside the largest of its numbers those that may be roundings, and beside their sizes those that are. */
+static const double SUSPECT = 1e-13, ROUNDED = 1e-14;
 
 void vary_motion_clear(struct vary_motion *v)
 {
@@ -22,10 +24,56 @@ void vary_motion_clear(struct vary_motion *v)
     *v = (struct vary_motion){ 0 };
 }
 
-static bool run(struct vary_copies *p, struct traj_result *r, struct sga_error *err)
+/* What makes motions: copies at numbers, what they are of, and where from. */
+struct maker {
+    struct vary_copies *p;
+    struct vary_model *m;
+    const struct variation *v;
+    const struct vary_at *at;
+};
+
+/* Derivatives at the start that are roundings of 0 beside their natural sizes tell none: into `initial` (all variables) with zeros for them. False: there are none. */
+static bool without_roundings(const struct maker *w, const struct traj_request *rq, struct sga_arena *mem, double *initial)
 {
-    struct sweep_case *c = p->has_own ? &p->own : &p->c;
-    return traj_run(&c->system, &c->solution, &c->request, r, err);
+    const struct variation *v = w->v;
+    size_t n = (size_t)v->n, all = n * (size_t)(1 + v->directions), whole = (size_t)w->m->request.system.variables;
+    struct sga_error ignored = { 0 };
+    double most = 0;
+    bool any = false;
+    for (size_t i = 0; i < all; i++)
+        most = fmax(most, fabs(rq->initial[i]));
+    for (size_t i = n; i < all; i++)
+        any |= rq->initial[i] != 0 && fabs(rq->initial[i]) < SUSPECT * most;
+    double *unit = any ? sga_zeros(mem, (size_t)v->directions * whole + 1, sizeof *unit) : NULL;
+    if (!any || !vary_slope_units(w->m, v->by, v->directions, w->at, unit, &ignored))
+        return false;
+    memcpy(initial, rq->initial, (size_t)w->p->c.system.variables * sizeof *initial);
+    any = false;
+    for (size_t i = n; i < all; i++) {
+        size_t j = v->of_defined ? (size_t)v->defined.variable[i % n] : i % n;
+        if (initial[i] != 0 && fabs(initial[i]) < ROUNDED * unit[(i / n - 1) * whole + j]) {
+            initial[i] = 0;
+            any = true;
+        }
+    }
+    return any;
+}
+
+static bool run(const struct maker *w, struct traj_result *r, struct sga_error *err)
+{
+    struct sweep_case *c = w->p->has_own ? &w->p->own : &w->p->c;
+    const struct traj_request *by = c->request.sized_by;
+    SGA_ARENA(mem);
+    struct traj_request plain = by ? *by : c->request;
+    double *initial = sga_zeros(&mem, (size_t)c->system.variables + 1, sizeof *initial);
+    if (c->request.arithmetic != TRAJ_BALL && without_roundings(w, &plain, &mem, initial)) {
+        plain.initial = initial;
+        plain.sized_by = NULL;
+        c->request.sized_by = &plain;
+    }
+    bool ok = traj_run(&c->system, &c->solution, &c->request, r, err);
+    c->request.sized_by = by;
+    return ok;
 }
 
 /* By direction how many times `off` is added to its slopes: derivatives follow linear equations, so that what becomes of a large change tells what becomes of a small one, of which
@@ -73,6 +121,7 @@ static bool with_all_digits(const struct vary_motion *to, struct vary_model *m, 
 static bool run_in_balls(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct vary_copies *p, const double *slope, int relations, struct sga_error *err)
 {
     struct sweep_case *c = &p->c;
+    const struct maker w = { p, m, v, at };
     SGA_ARENA(mem);
     double *unit = sga_zeros(&mem, (size_t)m->request.system.variables + 1, sizeof *unit);
     bool searched = at->rq->relations || at->rq->low;
@@ -83,15 +132,33 @@ static bool run_in_balls(struct vary_motion *to, struct vary_model *m, struct va
     if (!variation_starts_clear(v, &c->system, &c->request, err))
         return false;
     if (!searched)
-        return run(p, &to->result, err);
+        return run(&w, &to->result, err);
     c->request.relations = relations;
     struct enclosed_found *found = variation_found(v, &c->system, &c->solution, &c->request, at->rq->low, at->rq->high);
     c->request.relations = 0;
     c->request.found = found;
-    bool ok = run(p, &to->result, err);
+    bool ok = run(&w, &to->result, err);
     c->request.found = NULL;
     variation_found_free(found);
     return ok;
+}
+
+/* From a start with these slopes. The motion's own start is on its constraints: it stays, and the slopes give way alone, where they can; otherwise all of it moves. */
+static bool run_at(const struct maker *w, struct variation *v, const double *slope, struct traj_result *r, struct sga_error *err)
+{
+    struct traj_request *rq = &w->p->c.request;
+    struct sga_error ignored = { 0 };
+    variation_place_at(v, rq, w->at->x, slope);
+    if (!variation_starts_clear(v, &w->p->c.system, rq, err))
+        return false;
+    if (rq->held == v->held) {
+        memset(v->held, 1, (size_t)v->n);
+        bool ok = run(w, r, &ignored);
+        memset(v->held, 0, (size_t)v->n);
+        if (ok)
+            return true;
+    }
+    return run(w, r, err);
 }
 
 /* The motions from the best slopes and from ones that are off by what these may be off. */
@@ -99,6 +166,7 @@ static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct
                             struct vary_copies *p, struct sga_error *err)
 {
     struct sweep_case *c = &p->c;
+    const struct maker w = { p, m, v, at };
     size_t n = (size_t)m->request.system.variables, q = (size_t)v->directions;
     struct traj_result other = { 0 };
     SGA_ARENA(mem);
@@ -112,11 +180,10 @@ static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct
         return run_in_balls(to, m, v, at, p, slope, relations, err);
     expr_id *exact = sga_zeros(&mem, (size_t)c->system.variables + 1, sizeof *exact);
     if (with_all_digits(to, m, v, at, c, slope, exact, err))
-        return variation_starts_clear(v, &c->system, &c->request, err) && run(p, &to->result, err);
+        return variation_starts_clear(v, &c->system, &c->request, err) && run(&w, &to->result, err);
     if (err->code != SGA_E_OK)
         return false;
-    variation_place_at(v, &c->request, at->x, slope);
-    if (!variation_starts_clear(v, &c->system, &c->request, err) || !run(p, &to->result, err))
+    if (!run_at(&w, v, slope, &to->result, err))
         return false;
     struct traj_request first = c->request;       /* sizes are those of the first motion */
     size_t all = (size_t)c->system.variables;
@@ -124,9 +191,8 @@ static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct
     magnify(off, slope, v->directions, n, times);
     for (size_t i = 0; i < n * q; i++)
         slope[i] += times[i / n] * off[i];
-    variation_place_at(v, &c->request, at->x, slope);
     c->request.sized_by = &first;
-    bool ok = run(p, &other, err);
+    bool ok = run_at(&w, v, slope, &other, err);
     c->request.sized_by = NULL;
     if (!ok)
         return false;
@@ -143,9 +209,10 @@ static bool run_from_slopes(struct vary_motion *to, struct vary_model *m, struct
 }
 
 /* From a start that is solved for: where longer numbers may be needed they are tried first. False without *placed: the request is as it was. */
-static bool run_from_solved(struct vary_motion *to, struct variation *v, const struct vary_at *at, struct vary_copies *p, bool *placed, struct sga_error *err)
+static bool run_from_solved(struct vary_motion *to, struct vary_model *m, struct variation *v, const struct vary_at *at, struct vary_copies *p, bool *placed, struct sga_error *err)
 {
     struct sweep_case *c = &p->c;
+    const struct maker w = { p, m, v, at };
     bool longer = c->request.arithmetic == TRAJ_AUTO && c->request.exact_time && !p->has_own;
     struct sga_error ignored = { 0 };
     if (!variation_place(v, &c->system, &c->solution, &c->request, at->x))
@@ -155,13 +222,13 @@ static bool run_from_solved(struct vary_motion *to, struct variation *v, const s
         c->request.arithmetic = TRAJ_DOUBLE_DOUBLE;
     if (!variation_starts_clear(v, &c->system, &c->request, err))
         return false;
-    if (longer && traj_run(&c->system, &c->solution, &c->request, &to->result, &ignored))
+    if (longer && run(&w, &to->result, &ignored))
         return true;
     if (longer) {
         c->request.arithmetic = TRAJ_DOUBLE;
         variation_place(v, &c->system, &c->solution, &c->request, at->x);
     }
-    if (run(p, &to->result, err))
+    if (run(&w, &to->result, err))
         return true;
     /* longer numbers have all digits of values that are given, which may be off the constraints by what doubles do not tell, and more of them than the constraints leave */
     bool off = (c->request.arithmetic == TRAJ_BALL && err->code == SGA_E_INITIAL)
@@ -183,7 +250,7 @@ bool vary_motion_run(struct vary_motion *to, struct vary_model *m, struct variat
         if (at->slides)
             vary_slides_start(at->slides, at, &p);
         bool placed = false;
-        ok = at->rq->relations || at->rq->low || run_from_solved(to, v, at, &p, &placed, err);      /* relations move with the parameters */
+        ok = at->rq->relations || at->rq->low || run_from_solved(to, m, v, at, &p, &placed, err);      /* relations move with the parameters */
         if (!placed)
             ok = run_from_slopes(to, m, v, at, &p, err);
     }

@@ -26,6 +26,8 @@ void vary_motion_clear(struct vary_motion *v);
 bool vary_start_at(struct vary_model *m, const struct vary_at *at, double *x, double *given, struct sga_error *err);
 /* unit, by variable: as variation_units. False: as there. */
 bool vary_start_units(struct vary_model *m, const struct vary_at *at, double *unit, struct sga_error *err);
+/* unit, directions x variables of the whole: natural sizes of derivatives, those of variables over those of what they are taken by. False: as there. */
+bool vary_slope_units(struct vary_model *m, const struct variation_by *by, int directions, const struct vary_at *at, double *unit, struct sga_error *err);
 /* The derivatives (directions x variables) of the start x at these values, and how far they may be off; *exact: by the conditions of a nearest point, otherwise by differences of
  * starts. False: INITIAL with err: it has none. */
 bool vary_start_slopes(struct vary_model *m, const struct variation_by *by, int directions, const struct vary_at *at, double *slope, double *off, bool *exact, struct sga_error *err);

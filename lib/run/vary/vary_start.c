@@ -20,6 +20,8 @@ static const double FIRST = 0.02, SMALLER = 1.7, OFF = 1e-4, SAME = 1e-8;
 static const double SAME_IN_BALLS = 1e-5;
 /* Differences of starts that do not move are roundings up to this. */
 static const double ROUNDINGS = 1e-9;
+/* Beside its natural size a value is a rounding of 0. */
+static const double ROUNDED = 1e-13;
 /* Rounding of a start, relative. */
 static const double DIGITS = 1e-15;
 enum { STEPS = 9, FEWEST = 4 };
@@ -32,7 +34,7 @@ struct starts {
     const struct vary_at *at;
     const struct variation_by *by;
     int n;
-    double value;              /* of what is differentiated by */
+    double value, size;        /* of what is differentiated by; what steps beside it are parts of */
     struct sga_error *err;
 };
 
@@ -99,17 +101,33 @@ static bool start_at(struct starts *s, double h, double *x)
     return find_start(s->m, s->at, parameter, s->by->parameter < 0 ? s->by->variable : -1, h, x, NULL, s->err);
 }
 
+/* Where the value is a rounding of 0; most: the largest number of the start, beside which it is one where units are plain. */
+static bool step_in_units(struct starts *s, double most)
+{
+    SGA_ARENA(mem);
+    double *unit = sga_zeros(&mem, (size_t)s->n + 1, sizeof *unit);
+    vary_start_units(s->m, s->at, unit, s->err);
+    double own = unit[s->by->variable];
+    s->size = fabs(s->value) < ROUNDED * own || (own == 1 && fabs(s->value) < ROUNDED * most) ? own : s->size;
+    return s->err->code == SGA_E_OK;
+}
+
 static bool value_of(struct starts *s)
 {
     const struct request *r = &s->m->request;
-    if (s->by->parameter < 0) {
+    bool found = s->by->parameter < 0;
+    if (found)
         s->value = s->at->initial ? s->at->initial[s->by->variable] : s->at->rq->initial[s->by->variable];
-        return true;
-    }
-    for (int i = 0; i < r->swept_count; i++)
-        if (r->swept[i].symbol == s->by->parameter)
-            return variation_constants(&r->store, s->at->parameter + i, 1, &s->value);
-    return false;
+    for (int i = 0; i < r->swept_count && !found; i++)
+        if (r->swept[i].symbol == s->by->parameter && !(found = variation_constants(&r->store, s->at->parameter + i, 1, &s->value)))
+            return false;
+    s->size = s->value != 0 ? fabs(s->value) : 1;
+    double most = 0;
+    for (int j = 0; j < s->n; j++)
+        most = fmax(most, fabs(s->at->x[j]));
+    if (found && s->by->parameter < 0 && fabs(s->value) <= ROUNDED * most)      /* it may be a rounding of 0 */
+        return step_in_units(s, most);
+    return found;
 }
 
 /* Differences with steps h, h/SMALLER, ...: central ones in table, and how the two sides differ in bend (steps x n each). Returns how many: those before the
@@ -118,7 +136,7 @@ static int differences(struct starts *s, const double *here, double *table, doub
 {
     SGA_ARENA(mem);
     double *up = sga_take(&mem, (2 * (size_t)s->n + 1) * sizeof *up), *down = up + s->n;
-    double h = FIRST * (s->value != 0 ? fabs(s->value) : 1);
+    double h = FIRST * s->size;
     int steps = 0;
     for (int k = 0; k < STEPS; k++, h /= SMALLER) {
         double a = s->value + h, b = s->value - h, wide = (a - b) / 2;
@@ -168,7 +186,7 @@ static bool borne_out(struct starts *s, const double *here, const double *slope)
 {
     size_t n = (size_t)s->n;
     SGA_ARENA(mem);
-    double *up = sga_take(&mem, (2 * n + 1) * sizeof *up), *down = up + n, h = BESIDE * (s->value != 0 ? fabs(s->value) : 1), size = 0;
+    double *up = sga_take(&mem, (2 * n + 1) * sizeof *up), *down = up + n, h = BESIDE * s->size, size = 0;
     for (size_t j = 0; j < n; j++)
         size = fmax(size, fabs(slope[j]));
     for (int k = 0; k < TRIES; k++, h /= SHORTER) {
@@ -246,6 +264,24 @@ bool vary_start_units(struct vary_model *m, const struct vary_at *at, double *un
     c.request.initial = initial;
     ok = ok && variation_units(&c.system, &c.request, at->x, unit);
     sweep_case_clear(&c);
+    return ok;
+}
+
+bool vary_slope_units(struct vary_model *m, const struct variation_by *by, int directions, const struct vary_at *at, double *unit, struct sga_error *err)
+{
+    size_t n = (size_t)m->request.system.variables;
+    struct starts s = { .m = m, .at = at, .n = (int)n, .err = err };
+    SGA_ARENA(mem);
+    double *own = sga_zeros(&mem, n + 1, sizeof *own);
+    vary_start_units(m, at, own, err);
+    bool ok = err->code == SGA_E_OK;
+    for (int d = 0; d < directions && ok; d++) {
+        s.by = by + d;
+        ok = value_of(&s);
+        double size = s.by->parameter < 0 ? own[s.by->variable] : s.value != 0 ? fabs(s.value) : 1;
+        for (size_t j = 0; j < n; j++)
+            unit[(size_t)d * n + j] = own[j] / size;
+    }
     return ok;
 }
 
