@@ -1,6 +1,7 @@
 /* One motion with its derivatives. */
 #include "vary_motion.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -32,7 +33,8 @@ struct maker {
     const struct vary_at *at;
 };
 
-/* Derivatives at the start that are roundings of 0 beside their natural sizes tell none: into `initial` (all variables) with zeros for them. False: there are none. */
+/* Derivatives at the start that are roundings of 0 beside their natural sizes tell none: into `initial` (all variables) with zeros for them. False: there are none,
+ * or rq is a motion that carries its derivatives (struct vary_copies), and has none of them itself. */
 static bool without_roundings(const struct maker *w, const struct traj_request *rq, struct sga_arena *mem, double *initial)
 {
     const struct variation *v = w->v;
@@ -40,6 +42,9 @@ static bool without_roundings(const struct maker *w, const struct traj_request *
     struct sga_error ignored = { 0 };
     double most = 0;
     bool any = false;
+    if (w->p->has_own)
+        return false;
+    assert(all <= (size_t)w->p->c.system.variables);
     for (size_t i = 0; i < all; i++)
         most = fmax(most, fabs(rq->initial[i]));
     for (size_t i = n; i < all; i++)
