@@ -254,7 +254,7 @@ class Problem:
         if form == "hamiltonian":
             at = {v: i for i, v in enumerate(user)}
             return {f"pull-back {k}": (d.sum(d.mul(graph.parse(e), self.whole[at[v]]) for v, e in z.items()), 1)
-                    for k, z in enumerate(pull_back or [])}
+                    for k, z in enumerate(pull_back or []) if None not in z.values()}       # those that were too long to be written are not known
         if form == "control":
             names = [(f"equation of {v}", 1) for v in user]
             names += [(f"constraints[{i}]", -1) for i in range(n - len(names))]
