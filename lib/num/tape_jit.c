@@ -443,8 +443,10 @@ static void *key_of(const struct num_tape *t, size_t *bytes)
     *bytes = sizeof head + code + roots;
     char *key = sga_malloc(*bytes);
     memcpy(key, head, sizeof head);
-    memcpy(key + sizeof head, t->code + t->nstatic, code);
-    memcpy(key + sizeof head + code, t->root, roots);
+    if (code)
+        memcpy(key + sizeof head, t->code + t->nstatic, code);
+    if (roots)
+        memcpy(key + sizeof head + code, t->root, roots);
     return key;
 }
 
