@@ -182,8 +182,10 @@ int child_main(int argc, char **argv)
         return 2;
     size_t space = strtoul(argv[3], NULL, 10);
     struct sga_exec *exec = atoi(argv[6]) ? NULL : sga_exec_new(CODE);
-    if (!confine((pid_t)atol(argv[2]), space, exec))
+    if (!confine((pid_t)atol(argv[2]), space, exec)) {
+        sga_exec_free(exec);
         return 1;
+    }
     /* The library's own wall stands a quarter past its limit: both are inside the space. */
     struct allowance allowed = {
         .seconds = atof(argv[4]), .result = strtoul(argv[5], NULL, 10), .exec = exec,
