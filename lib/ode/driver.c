@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "companion.h"
 #include "larger.h"
 #include "march.h"
 #include "mem.h"
@@ -90,6 +91,7 @@ static bool land(struct ode_march *m)
     if (!ok) {
         sga_copy(m->x, old, p->n);
         ok = p->jump(p->ctx, m->t, m->x);
+        ode_companion_lose(m->companion);
         for (int j = 0; j < p->n; j++)
             m->carry[j] = m->x[j] == old[j] ? m->carry[j] : 0;
     }
@@ -310,6 +312,7 @@ static void commit(struct ode_march *m, double h, int through)
     m->choice.stiff = stiff ? m->choice.stiff + 1 : m->choice.stiff > 0 ? m->choice.stiff - 1 : 0;
     if (through > m->next)
         m->res->max_residual = fmax(m->res->max_residual, m->pending_residual);
+    ode_companion_step(m->companion, m, through);
     m->next = through;
     m->last_times[0] = m->last_times[1];
     m->last_times[1] = m->t;
@@ -385,10 +388,12 @@ static bool is_bounded(const struct ode_march *m)
     return m->dense_ratio < 1 || isfinite(m->piece) || (m->level && !m->method->series) || m->kinks || m->bands || m->p->pieces;
 }
 
-static void go(struct ode_march *m)
+static void go(struct ode_march *m, bool accompanied)
 {
     double h;
-    if (!begin(m, &h))
+    bool goes_on = begin(m, &h);
+    m->companion = accompanied ? ode_companion_begin(m) : NULL;
+    if (!goes_on)
         return;
     ode_control_begin(&m->control, m->method->error_order);
     m->budget_looked = sga_now();
@@ -455,7 +460,8 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     ode_kinks_begin(&m);
     ode_bands_begin(&m);
     ode_choice_begin(&m);
-    go(&m);
+    go(&m, run->accompanied);
+    res->apart = ode_companion_end(m.companion);
     assert(ode_march_sane(&m));
     if (res->end.reason != ODE_NONE && res->end.reason != ODE_EVENT)
         ode_within_budget(&m); /* what failed may have been stopped (watch.h) */

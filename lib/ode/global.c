@@ -14,6 +14,7 @@
 #include "larger.h"
 #include "march.h"
 #include "budget.h"
+#include "companion.h"
 #include "mem.h"
 #include "tolerance.h"
 
@@ -26,6 +27,8 @@
 /* Where rounding may stand in for the error, the two solutions have part of it in common (that of the constants). */
 #define ROUNDING_ALLOWANCE 4.0
 #define SURE 30.0
+/* The same by a companion, whose steps leave out two terms more (companion.h). */
+#define BESIDE 1.0
 /* Roundings of the field that the factors above allow for. */
 #define QUIET 4.0
 #define TIGHTEST_RTOL 1e-14
@@ -220,16 +223,33 @@ static void march(const struct ode_run *next, struct ode_result *res)
         free((double *)late.times);
 }
 
-/* One more solution after *res, `ratio` tighter. False, with shortfall set: *res stays. */
-static bool tighten(const struct ode_run *run, struct ode_run *next, double ratio, struct ode_result *res)
+/* The errors of a solution by its companion. */
+static void set_errors_beside(const struct ode_run *run, struct ode_result *res)
 {
-    struct ode_result tight;
-    double before = res->worst;
+    struct ode_result other = *res;
+    assert(res->apart && !res->happened);
+    other.samples = res->apart;
+    for (size_t i = 0; i < (size_t)res->count * (size_t)res->n; i++)
+        other.samples[i] = res->samples[i] - res->apart[i];
+    set_errors(run, BESIDE, res, &other);
+    free(res->apart);
+    res->apart = NULL;
+}
+
+static void march_tighter(const struct ode_run *run, struct ode_run *next, double ratio, struct ode_result *tight)
+{
     assert(ratio >= 0.5 * LOOSER);       /* solutions nearer to each other say nothing of their errors */
     next->o.rtol /= ratio;
     next->o.atol /= ratio;
     next->level++;
-    march(next, &tight);
+    next->accompanied = next->o.rtol >= ROUNDING_RTOL && ode_companion_may(run);
+    march(next, tight);
+}
+
+/* Another solution after *res, which is `ratio` tighter, takes its place. False, with shortfall set: *res stays. */
+static bool tighten(const struct ode_run *run, struct ode_run *next, double ratio, struct ode_result *res, struct ode_result tight)
+{
+    double before = res->worst;
     if (tight.count < res->count && (out_of_budget(&tight) || tight.end.reason == ODE_STEP_LIMIT)) {
         res->shortfall = out_of_budget(&tight) ? "the time granted ended before a tighter solution was found"
                                                : "a tighter solution takes more steps than are allowed";
@@ -237,6 +257,11 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
         res->solutions++;
         ode_result_free(&tight);
         return false;
+    }
+    if (tight.apart && (tight.end.reason == ODE_NONE || tight.end.reason == ODE_TIME_LIMIT)) {
+        set_errors_beside(run, &tight);
+        replace(res, &tight);
+        return true;
     }
     set_errors(run, ALLOWANCE, &tight, res);
     /* where the differences fall as they should, the delivered error is smaller still */
@@ -342,16 +367,78 @@ static void keep_rows(const struct ode_run *run, struct ode_run *next, struct od
         res->shortfall = "the time granted ended before a tighter solution was found";
 }
 
+/* Tighter solutions, until errors are as small as was asked for. */
+static void refine(const struct ode_run *run, struct ode_run *next, struct ode_result *res)
+{
+    while (res->worst > 1 && run->o.refine && !out_of_budget(res)) {
+        struct ode_result tight;
+        double before = res->worst, ratio = next_ratio(res, &next->o);
+        if (res->solutions >= MOST_SOLUTIONS || ratio == 0) {
+            res->shortfall = why_not(res);
+            return;
+        }
+        march_tighter(run, next, ratio, &tight);
+        if (!tighten(run, next, ratio, res, tight))
+            return;
+        if (!(res->worst < 0.9 * before) && next->o.rtol < ROUNDING_RTOL) {
+            res->shortfall = why_not(res);
+            return;
+        }
+    }
+    if (res->worst > 1)
+        res->shortfall = out_of_budget(res) ? "the time granted ended before a tighter solution was found" : "no tighter solution was asked for";
+}
+
+/* What is known of a loose solution's error, which is all there is: nothing. */
+static void no_errors(const struct ode_run *run, struct ode_result *res)
+{
+    size_t each = (size_t)res->count * (size_t)(run->p->output ? run->p->outputs : run->p->n);
+    res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
+    res->column_error = sga_malloc((each + 1) * sizeof *res->column_error);
+    for (int k = 0; k < res->count; k++)
+        res->error[k] = INFINITY;
+    for (size_t k = 0; k < each; k++)
+        res->column_error[k] = INFINITY;
+    res->max_error = res->worst = INFINITY;
+}
+
+/* The tighter of two solutions first: where its companion says what its error is the looser one is not needed. *ready: it is made, and is for
+ * comparison. True: done. */
+static bool global_beside(const struct ode_run *run, struct ode_run *next, struct ode_result *res, bool *ready)
+{
+    *ready = next->o.rtol / LOOSER >= ROUNDING_RTOL && ode_companion_may(run);
+    if (!*ready)
+        return false;
+    march_tighter(run, next, LOOSER, res);
+    bool rows = run->o.keep_rows && res->end.reason == ODE_TIME_LIMIT && res->count > 0;
+    if (out_of_budget(res) && !rows)
+        return true;
+    if (!res->apart || !(res->end.reason == ODE_NONE || rows))
+        return false;
+    set_errors_beside(run, res);
+    refine(run, next, res);
+    return true;
+}
+
 static void global(const struct ode_run *run, const double *noise, struct ode_result *res)
 {
-    struct ode_run next = *run;
+    struct ode_run next = *run, tighter;
+    struct ode_result tight;
+    bool ready;
     next.o.rtol = first_rtol(run->o.rtol, run->o.atol);
-    next.beside = true;
     next.noise = noise;
+    tighter = next;
+    if (global_beside(run, &tighter, &tight, &ready)) {
+        *res = tight;
+        return;
+    }
+    next.beside = true;
     march_first(&next, res);
     next.beside = false;
     next.noise = NULL;
     if (out_of_budget(res)) {
+        if (ready)
+            ode_result_free(&tight);
         if (run->o.keep_rows && res->end.reason == ODE_TIME_LIMIT && res->count > 0)
             keep_rows(run, &next, res);
         return;
@@ -362,33 +449,14 @@ static void global(const struct ode_run *run, const double *noise, struct ode_re
         replace(res, &again);
     }
     res->worst = 0;
-    if (!tighten(run, &next, LOOSER, res)) {
-        /* the loose one is all there is: what is known of its error is nothing */
-        size_t each = (size_t)res->count * (size_t)(run->p->output ? run->p->outputs : run->p->n);
-        res->error = sga_malloc(((size_t)res->count + 1) * sizeof *res->error);
-        res->column_error = sga_malloc((each + 1) * sizeof *res->column_error);
-        for (int k = 0; k < res->count; k++)
-            res->error[k] = INFINITY;
-        for (size_t k = 0; k < each; k++)
-            res->column_error[k] = INFINITY;
-        res->max_error = res->worst = INFINITY;
-        return;
-    }
-    while (res->worst > 1 && run->o.refine && !out_of_budget(res)) {
-        double before = res->worst, ratio = next_ratio(res, &next.o);
-        if (res->solutions >= MOST_SOLUTIONS || ratio == 0) {
-            res->shortfall = why_not(res);
-            return;
-        }
-        if (!tighten(run, &next, ratio, res))
-            return;
-        if (!(res->worst < 0.9 * before) && next.o.rtol < ROUNDING_RTOL) {
-            res->shortfall = why_not(res);
-            return;
-        }
-    }
-    if (res->worst > 1)
-        res->shortfall = "no tighter solution was asked for";
+    if (ready)
+        next = tighter;
+    else
+        march_tighter(run, &next, LOOSER, &tight);
+    if (tighten(run, &next, LOOSER, res, tight))
+        refine(run, &next, res);
+    else
+        no_errors(run, res);
 }
 
 void ode_global(const struct ode_run *run, struct ode_result *res)

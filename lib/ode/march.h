@@ -36,6 +36,7 @@ struct ode_run {
     int level;                      /* of several: later ones take more steps to a sample */
     bool beside;                    /* start and field are wrong by a rounding, on purpose, */
     const double *noise;            /* the field by so many; NULL: one */
+    bool accompanied;               /* the solution less a looser one is wanted with it (companion.h) */
 };
 
 /* Corrections that do not shrink with the steps. */
@@ -45,6 +46,7 @@ struct ode_grain {
 };
 
 struct ode_table;
+struct ode_companion;
 
 struct ode_march {
     const struct ode_problem *p;
@@ -80,6 +82,7 @@ struct ode_march {
     struct ode_watch *watch;        /* event.c's; NULL: no events */
     struct ode_kinks *kinks;        /* kink.c's; NULL: no switches */
     struct ode_bands *bands;        /* band.c's; NULL: none */
+    struct ode_companion *companion;    /* NULL: none */
     bool stopped;                   /* by an event in the present step */
     struct ode_grain grain;         /* settle.c */
     double pending_residual;        /* of samples in the present step */

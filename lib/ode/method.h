@@ -105,6 +105,15 @@ struct ode_method {
 
 extern const struct ode_method ode_tsit5, ode_dop853, ode_radau, ode_taylor;
 
+/* Of the last step that was attempted by Taylor series: its coefficients (order + 1 rows of n, with s = 1 at t + scale), and at its end the derivative that
+ * they say, and the field. Its own, until the next attempt. */
+struct ode_series {
+    int order;
+    double scale;
+    const double *row, *slope, *field;
+};
+struct ode_series ode_taylor_series(const void *state);
+
 /* By name; "auto" and NULL give the explicit one for this tolerance. NULL: there is no such
  * method. */
 const struct ode_method *ode_method_find(const char *name, double rtol);

@@ -248,6 +248,7 @@ struct ode_result {
     int n, count;              /* count: samples delivered */
     double *samples;           /* count x n by rows */
     double *inside;            /* count: by how much the polynomial of its step may miss the sample, in units of what rtol and atol below allow; 0 at steps' ends */
+    double *apart;             /* count x n: the solution less a looser one beside it, to first order (companion.h); NULL: not known */
     struct ode_end end;
     double max_residual;       /* over the samples; 0 without project and residual */
     double start_moved;        /* how far the start was moved, in units of its error */

@@ -71,13 +71,14 @@ void ode_result_free(struct ode_result *res)
 {
     free(res->samples);
     free(res->inside);
+    free(res->apart);
     free(res->error);
     free(res->column_error);
     free(res->happening);
     free(res->happened_x);
     free(res->held);
     res->held = NULL;
-    res->samples = res->inside = res->error = res->happened_x = NULL;
+    res->samples = res->inside = res->apart = res->error = res->happened_x = NULL;
     res->happening = NULL;
     res->happened = 0;
 }

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "companion.h"
 #include "lin_sparse.h"
 #include "march.h"
 #include "mem.h"
@@ -27,6 +28,8 @@
 #define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left */
 #define GAIN 1.5               /* by which another method must be better */
 #define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
+#define BESIDE 100.0           /* of that, where their error comes with them (companion.h) and that of others by another solution; */
+#define BESIDE_LONG 10.0       /* the same where series are long */
 #define SERIES_AFTER 3         /* steps before they are tried; a stiff start shows in these */
 #define TRIALS 5
 #define POWER_STEPS 12
@@ -34,7 +37,10 @@
 
 bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
 {
-    return p->taylor && ode_method_is_auto(o->method) && o->rtol <= (p->taylor_rtol > 0 ? p->taylor_rtol : FINE_RTOL);
+    if (!p->taylor || !ode_method_is_auto(o->method))
+        return false;
+    double by = o->estimate_global_error && ode_companion_goes_with(p) ? p->taylor_rtol > 0 ? BESIDE : BESIDE_LONG : 1;
+    return o->rtol <= by * (p->taylor_rtol > 0 ? p->taylor_rtol : FINE_RTOL);
 }
 
 void ode_choice_begin(struct ode_march *m)

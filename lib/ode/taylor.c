@@ -329,6 +329,12 @@ static void taylor_dense_at(const void *state, const struct ode_step *step, doub
         x[j] += step->x[j];
 }
 
+struct ode_series ode_taylor_series(const void *state)
+{
+    const struct taylor *w = state;
+    return (struct ode_series){ w->order, w->scale, w->series, w->slope, w->f };
+}
+
 const struct ode_method ode_taylor = {
     .name = "taylor",
     .what = "Taylor series, order and step from the tolerance, dense output of the same order",
