@@ -22,13 +22,16 @@ enum { FIRST_ORDER = 4, LEAST_ORDER = 3, MORE = 3, LEFT_OUT = 2 };
 /* What the terms do not tell: the field at the end of a step is missed by so many times what the next term makes. */
 #define DEFECT 10.0
 #define FIELD_ROUNDING 500.0       /* as in taylor.c */
+/* By how much more or less than once the part of one step counts, with the distance before it and against it: with this the estimate holds in
+ * 99.8 % of the samples of tests/estimate_check.py, without it in 99.5. */
+#define ALIKE 0.3
 
 struct ode_companion {
     int n, count, order;           /* of the series of distances */
     bool lost;
     double *e, *e1;                /* n: at the begin of a step, at its end */
     double near, by;               /* how far e is off, in sizes of variables; it is made larger by so many times, 0: it is 0 */
-    double *y, *part, *rest;       /* n: a point beside; 1 / sizes of variables; what is left out of e1 beside the last terms */
+    double *y, *part, *rest, *left;      /* n: a point beside; 1 / sizes of variables; what is left out beside the last terms; all that is */
     double *series;                /* of the point beside */
     double *apart;                 /* count x n */
 };
@@ -58,12 +61,13 @@ struct ode_companion *ode_companion_begin(const struct ode_march *m)
     c->n = m->p->n;
     c->count = m->start->count;
     c->order = FIRST_ORDER;
-    c->e = sga_calloc((5 + (size_t)ode_taylor.order + 1) * n, sizeof *c->e);
+    c->e = sga_calloc((6 + (size_t)ode_taylor.order + 1) * n + 1, sizeof *c->e);
     c->e1 = c->e + n;
     c->y = c->e1 + n;
     c->part = c->y + n;
     c->rest = c->part + n;
-    c->series = c->rest + n;
+    c->left = c->rest + n;
+    c->series = c->left + n;
     c->apart = sga_calloc(count * n + 1, sizeof *c->apart);
     for (size_t j = 0; j < n; j++)
         c->e[j] = (j * 5 % 3 == 1 ? -DBL_EPSILON : DBL_EPSILON) * m->x[j];
@@ -127,18 +131,24 @@ static bool expand(struct ode_companion *c, struct ode_march *m, const struct od
     return c->by >= 0;
 }
 
-/* The distance at s, of which end is the end of the step. */
+/* The distance at s, of which end is the end of the step. What is left out may take away what was there before, and so by accident nearly all of it along
+ * the one direction that counts later: it counts more where both are alike than where they are not. */
 static void distance_at(const struct ode_companion *c, const struct ode_series *of, double s, double end, double *e)
 {
     size_t n = (size_t)c->n;
     const double *last = of->row + (size_t)of->order * n;
     double power = power_of(s, of->order - LEFT_OUT + 1), part = c->by > 0 ? 1 / c->by : 0, along = s / end;
+    double with = 0, *left = c->left;
     for (size_t j = 0; j < n; j++) {
-        double v = 0, left = (last[j - n] + last[j] * s) * power;
+        double v = 0, a = (last[j - n] + last[j] * s) * power;
         for (size_t k = (size_t)c->order + 1, at = (size_t)c->order * n + j; k-- > 0 && part > 0; at -= n)
             v = v * s + (of->row[at] - c->series[at]);
-        e[j] = v * part + left + copysign(c->rest[j] * along, left);
+        e[j] = v * part;
+        left[j] = a + copysign(c->rest[j] * along, a);
+        with += (e[j] * c->part[j]) * (left[j] * c->part[j]);
     }
+    for (size_t j = 0; j < n; j++)
+        e[j] += (1 + copysign(ALIKE, with)) * left[j];
 }
 
 /* What the last terms do not tell of a step: that the field is wrong by a rounding, and is missed at the end. */

@@ -28,8 +28,7 @@
 #define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left */
 #define GAIN 1.5               /* by which another method must be better */
 #define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
-#define BESIDE 100.0           /* of that, where their error comes with them (companion.h) and that of others by another solution; */
-#define BESIDE_LONG 10.0       /* the same where series are long */
+#define BESIDE 100.0           /* of what a problem says of itself, where the error comes with series (companion.h), and for others by another solution */
 #define SERIES_AFTER 3         /* steps before they are tried; a stiff start shows in these */
 #define TRIALS 5
 #define POWER_STEPS 12
@@ -39,8 +38,9 @@ bool ode_takes_series(const struct ode_problem *p, const struct ode_options *o)
 {
     if (!p->taylor || !ode_method_is_auto(o->method))
         return false;
-    double by = o->estimate_global_error && ode_companion_goes_with(p) ? p->taylor_rtol > 0 ? BESIDE : BESIDE_LONG : 1;
-    return o->rtol <= by * (p->taylor_rtol > 0 ? p->taylor_rtol : FINE_RTOL);
+    if (!(p->taylor_rtol > 0))
+        return o->rtol <= FINE_RTOL;
+    return o->rtol <= p->taylor_rtol * (o->estimate_global_error && ode_companion_goes_with(p) ? BESIDE : 1);
 }
 
 void ode_choice_begin(struct ode_march *m)
