@@ -174,7 +174,7 @@ static bool exchange(const struct http_server *server, const char *method, const
         libcurl.easy_setopt(c, CURLOPT_POSTFIELDS, body);
     }
     libcurl.easy_setopt(c, CURLOPT_CUSTOMREQUEST, method);
-    t->before = interrupted();
+    t->before = body || interrupted();      /* what was posted may have begun something, whose name is to be known */
     CURLcode code = libcurl.easy_perform(c);
     bool ok = code == CURLE_OK || t->enough;
     t->reply->status = (int)status_of(c);

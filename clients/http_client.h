@@ -27,7 +27,7 @@ struct http_reply {
  * certificates from SGA_CA; false where it is something else. */
 bool http_parse(const char *url, struct http_server *server);
 /* Sends method and path, with a JSON body unless it is NULL, and `Prefer: wait=` seconds. Over TLS it goes on only with a server whose
- * certificate names the host and leads to one that is trusted. An interrupt (interrupt.h) ends it.
+ * certificate names the host and leads to one that is trusted. An interrupt (interrupt.h) ends it, unless it has a body.
  * False with a reason in why. The body is the caller's to free. */
 bool http_ask(const struct http_server *server, const char *method, const char *path, const char *body, size_t length,
               int wait, struct http_reply *reply, char *why, size_t size);

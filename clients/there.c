@@ -125,16 +125,16 @@ bool server_there(const char *url, struct http_server *server, struct answer *a)
     return false;
 }
 
-/* The post itself does not wait, so that the job's name is known, and Ctrl-C can be caught, as soon as there is a job. */
+/* The post itself does not wait, so that the job's name is known as soon as there is a job; Ctrl-C before that cancels it then. */
 bool solve_there(const char *url, const char *request, size_t length, double seconds, struct answer *a)
 {
     struct http_server server;
     struct http_reply reply;
     char path[sizeof reply.location];
     double until = seconds > 0 ? sga_now() + seconds : 0;
+    interrupt_catch();
     if (!server_there(url, &server, a) || !http_ask(&server, "POST", "/v1/solve", request, length, 0, &reply, a->problem, sizeof a->problem))
         return false;
-    interrupt_catch();
     snprintf(path, sizeof path, "%s", reply.location);
     return answer_there(&server, path, &reply, until, a);
 }

@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import threading
+import time
 import xml.etree.ElementTree
 
 from access import until
@@ -140,6 +141,15 @@ def command_interrupt(build, c):
         out, said = p.communicate(timeout=30)
         c(p.returncode == 130 and "was cancelled" in said and not out, "Ctrl-C is said", (p.returncode, said))
         c(until(lambda: d.get("/v1/jobs").json()["jobs"][0]["status"] == "cancelled"), "Ctrl-C cancels the job")
+        ends = set()
+        for turn in range(16):            # before, while and after the job is posted
+            p = subprocess.Popen([sga.program, "solve", sga.file(slow()), "--server", d.url()], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=sga.env)
+            time.sleep(0.004 * turn)
+            p.send_signal(signal.SIGINT)
+            p.communicate(timeout=30)
+            ends.add(p.returncode)
+        c(ends <= {-signal.SIGINT, 130}, "Ctrl-C ends it whenever it comes", ends)
+        c(until(lambda: not any(j["status"] in ("queued", "running") for j in d.get("/v1/jobs").json()["jobs"])), "and leaves no job behind")
 
 
 def lines_of(text):
