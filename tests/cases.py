@@ -1,5 +1,6 @@
 """Runs every tests/cases/*.json: cases.py BUILD_DIR [NAME...]. SGA_TEST_EVERY=20: every twentieth of them. SGA_TEST_IDENTITIES=0:
-without the identities at points, which cost most (another build gave the same answers and had them checked)
+without the identities at points, which cost most (another build gave the same answers and had them checked). SGA_TEST_LONGEST=BUILD_DIR:
+without those that took longer than a second there: half of the time goes into a hundred of them.
 
 A case says where it comes from (source) and may say how its expectations were found
 (note)."""
@@ -10,6 +11,7 @@ import multiprocessing
 import os
 import sys
 import tempfile
+import time
 
 from case_check import CaseCheck
 from solver import Solver
@@ -68,21 +70,36 @@ def share(listed, taken, out):
     tally = Tally("cases")
     check = CaseCheck(tally, Solver(build_folder()))
     for case in waiting(listed, taken):
-        if os.environ.get("SGA_TEST_VERBOSE"):
-            print("#", case["name"], flush=True)
+        begun = time.monotonic()
         check.run(case)
+        print("#", time.monotonic() - begun, case["name"])
     print(tally.passed, tally.failed, flush=True)
+
+
+SECONDS = "case_seconds.json"
+LONG = 1
+
+
+def without_long(listed):
+    """Those that another build has run in a second, or has not run."""
+    other = os.environ.get("SGA_TEST_LONGEST")
+    if not other or not os.path.exists(os.path.join(other, SECONDS)):
+        return listed
+    with open(os.path.join(other, SECONDS), encoding="utf-8") as f:
+        seconds = json.load(f)
+    return [case for case in listed if seconds.get(case["name"], 0) <= LONG]
 
 
 def main():
     tally = Tally("cases")
     listed = list(load(sys.argv[2:]))
-    names, cited = set(), 0
+    names, cited, seconds = set(), 0, {}
     for case in listed:
         tally.check(case["name"] not in names, case["name"], "two cases of one name")
         names.add(case["name"])
         cited += not case.get("source", "own: ").startswith("own: ")
     listed = listed[::int(os.environ.get("SGA_TEST_EVERY", "1"))]
+    listed = without_long(listed)
     listed.sort(key=lambda case: len(json.dumps(case)), reverse=True)    # long ones first: no worker waits for the other at the end
     taken = multiprocessing.Value("i", 0)
     with contextlib.ExitStack() as stack:
@@ -94,12 +111,20 @@ def main():
             w.join()
             out[k].seek(0)
             *said, counts = out[k].read().splitlines() or [""]
+            for line in said:
+                if line.startswith("# "):
+                    _, took, name = line.split(" ", 2)
+                    seconds[name] = float(took)
+            said = [line for line in said if not line.startswith("# ")]
             print("\n".join(said), end="\n" if said else "")
             if not tally.check(w.exitcode == 0, f"worker {k}", f"ended with {w.exitcode}: {counts}"):
                 continue
             passed, failed = map(int, counts.split())
             tally.passed += passed
             tally.failed += failed
+    if not sys.argv[2:]:
+        with open(os.path.join(build_folder(), SECONDS), "w", encoding="utf-8") as f:
+            json.dump(seconds, f)
     print(f"{len(names)} cases, {cited} of them from the literature")
     tally.check(sys.argv[2:] or cited >= CITED, "cases from the literature", f"{cited}, should be {CITED} at least")
     return tally.end()

@@ -14,24 +14,22 @@
 /* Of its size, by which a variable is another for a difference; and from which on a distance is no longer small. */
 #define BY 1e-7
 #define FAR 1e-3
-/* Of a distance: what the last two terms of its series may be, in one step and in all together; where they are a part of it the next series is shorter. */
-#define LEFT 0.02
-#define LEFT_IN_ALL 1.0
+/* What the last two terms of a distance's series may be, of itself and of what a step adds to it: of long motions it is the small part that is new which
+ * grows later, beside a large one that does not. Where they are a part of that the next series is shorter. */
+#define MISSED 0.02
+#define MISSED_OF_NEW 0.1
 #define AMPLE 5e-3
 enum { FIRST_ORDER = 4, LEAST_ORDER = 3, MORE = 3, LEFT_OUT = 2 };
 /* What the terms do not tell: the field at the end of a step is missed by so many times what the next term makes. */
 #define DEFECT 10.0
 #define FIELD_ROUNDING 500.0       /* as in taylor.c */
-/* By how much more or less than once the part of one step counts, with the distance before it and against it: with this the estimate holds in
- * 99.8 % of the samples of tests/estimate_check.py, without it in 99.5. */
-#define ALIKE 0.3
 
 struct ode_companion {
     int n, count, order;           /* of the series of distances */
     bool lost;
     double *e, *e1;                /* n: at the begin of a step, at its end */
     double near, by;               /* how far e is off, in sizes of variables; it is made larger by so many times, 0: it is 0 */
-    double *y, *part, *rest, *left;      /* n: a point beside; 1 / sizes of variables; what is left out beside the last terms; all that is */
+    double *y, *part, *rest, *left;      /* n: a point beside; 1 / sizes of variables; what is left out beside the last terms; all that is left out */
     double *series;                /* of the point beside */
     double *apart;                 /* count x n */
 };
@@ -111,46 +109,6 @@ static double term(const struct ode_companion *c, const struct ode_series *of, i
     return most * power_of(s, k) / (c->near * c->by);
 }
 
-/* The series of the point beside, on the scale of the solution's; s: the end of the step on it. False: there is none. */
-static bool expand(struct ode_companion *c, struct ode_march *m, const struct ode_series *of, double s)
-{
-    const struct ode_problem *p = m->p;
-    double reach, last = INFINITY, left = fmin(LEFT, LEFT_IN_ALL * fabs(m->step.h / (m->stop - m->start->t)));
-    c->by = beside(c, m->unit, m->x, c->e);
-    c->order = c->order < of->order ? c->order : of->order;
-    while (c->by > 0) {
-        m->res->stats.evaluations += c->order;
-        if (!p->taylor(p->ctx, m->t + m->t_low, c->y, c->order, of->scale, c->series, &reach))
-            return false;
-        last = sga_larger(term(c, of, c->order, s), term(c, of, c->order - 1, s));
-        if (last <= left || c->order == of->order)
-            break;
-        c->order = c->order + MORE < of->order ? c->order + MORE : of->order;
-    }
-    c->order -= last < AMPLE * left && c->order > LEAST_ORDER;          /* the last term is small enough to be missed now, too */
-    return c->by >= 0;
-}
-
-/* The distance at s, of which end is the end of the step. What is left out may take away what was there before, and so by accident nearly all of it along
- * the one direction that counts later: it counts more where both are alike than where they are not. */
-static void distance_at(const struct ode_companion *c, const struct ode_series *of, double s, double end, double *e)
-{
-    size_t n = (size_t)c->n;
-    const double *last = of->row + (size_t)of->order * n;
-    double power = power_of(s, of->order - LEFT_OUT + 1), part = c->by > 0 ? 1 / c->by : 0, along = s / end;
-    double with = 0, *left = c->left;
-    for (size_t j = 0; j < n; j++) {
-        double v = 0, a = (last[j - n] + last[j] * s) * power;
-        for (size_t k = (size_t)c->order + 1, at = (size_t)c->order * n + j; k-- > 0 && part > 0; at -= n)
-            v = v * s + (of->row[at] - c->series[at]);
-        e[j] = v * part;
-        left[j] = a + copysign(c->rest[j] * along, a);
-        with += (e[j] * c->part[j]) * (left[j] * c->part[j]);
-    }
-    for (size_t j = 0; j < n; j++)
-        e[j] += (1 + copysign(ALIKE, with)) * left[j];
-}
-
 /* What the last terms do not tell of a step: that the field is wrong by a rounding, and is missed at the end. */
 static void set_rest(struct ode_companion *c, const struct ode_march *m, const struct ode_series *of)
 {
@@ -159,6 +117,58 @@ static void set_rest(struct ode_companion *c, const struct ode_march *m, const s
     for (int j = 0; j < c->n; j++) {
         double size = fabs(of->field[j]), miss = fabs(of->slope[j] - of->field[j]) - FIELD_ROUNDING * DBL_EPSILON * size;
         c->rest[j] = h * ((miss > 0 ? DEFECT * miss / (of->order + 1) : 0) + DBL_EPSILON * (noise ? noise[j] : 1) * size);
+    }
+}
+
+/* What the companion leaves out up to s, of which end is the end of the step. */
+static void leave_out(struct ode_companion *c, const struct ode_series *of, double s, double end)
+{
+    size_t n = (size_t)c->n;
+    const double *last = of->row + (size_t)of->order * n;
+    double power = power_of(s, of->order - LEFT_OUT + 1), along = s / end;
+    for (size_t j = 0; j < n; j++) {
+        double a = (last[j - n] + last[j] * s) * power;
+        c->left[j] = a + copysign(c->rest[j] * along, a);
+    }
+}
+
+static double largest(const struct ode_companion *c, const double *v)
+{
+    double most = 0;
+    for (int j = 0; j < c->n; j++)
+        most = sga_larger(most, fabs(v[j]) * c->part[j]);
+    return most;
+}
+
+/* The series of the point beside, on the scale of the solution's; s: the end of the step on it, up to which c->left is. False: there is none. */
+static bool expand(struct ode_companion *c, struct ode_march *m, const struct ode_series *of, double s)
+{
+    const struct ode_problem *p = m->p;
+    double reach, last = INFINITY, most = c->by > 0 ? fmin(MISSED, MISSED_OF_NEW * largest(c, c->left) / c->near) : 0;
+    c->order = c->order < of->order ? c->order : of->order;
+    while (c->by > 0) {
+        m->res->stats.evaluations += c->order;
+        if (!p->taylor(p->ctx, m->t + m->t_low, c->y, c->order, of->scale, c->series, &reach))
+            return false;
+        last = sga_larger(term(c, of, c->order, s), term(c, of, c->order - 1, s));
+        if (last <= most || c->order == of->order)
+            break;
+        c->order = c->order + MORE < of->order ? c->order + MORE : of->order;
+    }
+    c->order -= last < AMPLE * most && c->order > LEAST_ORDER;          /* the last term is small enough to be missed now, too */
+    return c->by >= 0;
+}
+
+/* The distance at s, up to which c->left is. */
+static void distance_at(const struct ode_companion *c, const struct ode_series *of, double s, double *e)
+{
+    size_t n = (size_t)c->n;
+    double part = c->by > 0 ? 1 / c->by : 0;
+    for (size_t j = 0; j < n; j++) {
+        double v = 0;
+        for (size_t k = (size_t)c->order + 1, at = (size_t)c->order * n + j; k-- > 0 && part > 0; at -= n)
+            v = v * s + (of->row[at] - c->series[at]);
+        e[j] = v * part + c->left[j];
     }
 }
 
@@ -187,19 +197,21 @@ static bool follow(struct ode_companion *c, struct ode_march *m, int through)
     struct ode_series of = ode_taylor_series(m->state);
     double end = m->step.h / of.scale;
     assert(end > 0 && of.order >= LEFT_OUT);
+    c->by = beside(c, m->unit, m->x, c->e);
+    set_rest(c, m, &of);
+    leave_out(c, &of, end, end);
     if (!expand(c, m, &of, end))
         return false;
-    set_rest(c, m, &of);
-    distance_at(c, &of, end, end, c->e1);
+    distance_at(c, &of, end, c->e1);
+    int k = m->next;
+    for (double at; k < through && (at = ((m->start->times[k] - m->t) - m->t_low) / of.scale) < end; k++) {
+        leave_out(c, &of, at, end);
+        distance_at(c, &of, at, c->apart + (size_t)k * (size_t)c->n);
+    }
     if (!settle(c, m))
         return false;
-    for (int k = m->next; k < through; k++) {
-        double *e = c->apart + (size_t)k * (size_t)c->n, s = ((m->start->times[k] - m->t) - m->t_low) / of.scale;
-        if (s < end)
-            distance_at(c, &of, s, end, e);
-        else
-            memcpy(e, c->e1, (size_t)c->n * sizeof *e);
-    }
+    for (; k < through; k++)
+        memcpy(c->apart + (size_t)k * (size_t)c->n, c->e1, (size_t)c->n * sizeof *c->e1);
     double *before = c->e;
     c->e = c->e1;
     c->e1 = before;

@@ -7,12 +7,15 @@
 #include "error.h"
 #include "ode.h"
 
-enum which { CIRCLE, FORCED, SADDLE, GROWTH, RICCATI, WHICH };
+enum which { CIRCLE, TWIST, SADDLE, FORCED, GROWTH, RICCATI, WHICH };
+
+static int size_of(enum which w) { return w <= SADDLE ? 2 : 1; }
 
 static bool rhs(void *ctx, double t, const double *x, double *dx)
 {
     switch (*(enum which *)ctx) {
     case CIRCLE:  dx[0] = -x[1]; dx[1] = x[0]; break;
+    case TWIST:   dx[0] = -(x[0] * x[0] + x[1] * x[1]) * x[1]; dx[1] = (x[0] * x[0] + x[1] * x[1]) * x[0]; break;
     case FORCED:  dx[0] = -3 * x[0] + 3 * cos(t) - sin(t); break;
     case SADDLE:  dx[0] = x[1]; dx[1] = x[0]; break;
     case GROWTH:  dx[0] = x[0]; break;
@@ -25,7 +28,7 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
 static void truth(enum which w, double t, double *x)
 {
     switch (w) {
-    case CIRCLE:  x[0] = cos(t); x[1] = sin(t); break;
+    case CIRCLE: case TWIST: x[0] = cos(t); x[1] = sin(t); break;
     case FORCED:  x[0] = cos(t); break;
     case SADDLE:  x[0] = exp(-t); x[1] = -exp(-t); break;
     case GROWTH:  x[0] = exp(t); break;
@@ -37,13 +40,27 @@ static void truth(enum which w, double t, double *x)
 static bool series(void *ctx, double t, const double *x, int order, double scale, double *out, double *reach)
 {
     enum which w = *(enum which *)ctx;
-    int n = w == CIRCLE || w == SADDLE ? 2 : 1;
+    int n = size_of(w);
     double wave[2] = { 3 * cos(t), 3 * sin(t) }, other[2] = { -sin(t), cos(t) };      /* 3 cos and -sin, with the derivatives that follow */
+    double square[64];
     *reach = INFINITY;
     memcpy(out, x, (size_t)n * sizeof *x);
     for (int k = 0; k < order; k++, out += n) {
         double by = scale / (k + 1), sum = k == 0;
         switch (w) {
+        case TWIST: {
+            double u = 0, v = 0, q = 0;
+            for (int i = 0; i <= k; i++)
+                q += out[-2 * i] * out[2 * (i - k)] + out[1 - 2 * i] * out[1 + 2 * (i - k)];
+            square[k] = q;
+            for (int i = 0; i <= k; i++) {
+                u += square[i] * out[1 - 2 * i];
+                v += square[i] * out[-2 * i];
+            }
+            out[2] = -by * u;
+            out[3] = by * v;
+            break;
+        }
         case CIRCLE: out[2] = -by * out[1]; out[3] = by * out[0]; break;
         case SADDLE: out[2] = by * out[1]; out[3] = by * out[0]; break;
         case GROWTH: out[1] = by * out[0]; break;
@@ -82,7 +99,7 @@ struct seen { double held, last_error, last_estimate, first_estimate; };
 
 static struct seen run(enum which w, double from, double to, double tol, bool project)
 {
-    int n = w == CIRCLE || w == SADDLE ? 2 : 1, held = 0;
+    int n = size_of(w), held = 0;
     double x[2], times[COUNT], at[2];
     struct ode_problem p = { .n = n, .ctx = &w, .rhs = rhs, .taylor = series, .project = project ? onto_circle : NULL };
     struct ode_options o = ode_options_default();
@@ -125,6 +142,8 @@ static void closed_forms(void)
         check("some periods", run(CIRCLE, 0, 20, tol, false), 1, 1e4);
         if (tol < 2e-6) {        /* else a distance is soon no longer small */
             check("many periods", run(CIRCLE, 0, 2000, tol, false), 1, 1e4);
+            if (tol < 2e-7)
+                check("many periods whose length grows with the amplitude", run(TWIST, 0, 500, tol, false), 1, 1e4);
             check("many periods back", run(CIRCLE, 7, -1500, tol, false), 1, 1e4);
         }
         check("on the circle", run(CIRCLE, 0, 500, tol, true), 1, 1e4);
