@@ -19,6 +19,8 @@
 #define MISSED 0.02
 #define MISSED_OF_NEW 0.1
 #define AMPLE 5e-3
+/* Where that takes more terms than there are the problem is stiff, and other methods take over soon: after so many steps distances are given up. */
+enum { STRAINED = 16 };
 enum { FIRST_ORDER = 4, LEAST_ORDER = 3, MORE = 3, LEFT_OUT = 2 };
 /* What the terms do not tell: the field at the end of a step is missed by so many times what the next term makes. */
 #define DEFECT 10.0
@@ -27,6 +29,7 @@ enum { FIRST_ORDER = 4, LEAST_ORDER = 3, MORE = 3, LEFT_OUT = 2 };
 struct ode_companion {
     int n, count, order;           /* of the series of distances */
     bool lost;
+    int strained;                  /* steps of late whose distance had too few terms */
     double *e, *e1;                /* n: at the begin of a step, at its end */
     double near, by;               /* how far e is off, in sizes of variables; it is made larger by so many times, 0: it is 0 */
     double *y, *part, *rest, *left;      /* n: a point beside; 1 / sizes of variables; what is left out beside the last terms; all that is left out */
@@ -155,8 +158,9 @@ static bool expand(struct ode_companion *c, struct ode_march *m, const struct od
             break;
         c->order = c->order + MORE < of->order ? c->order + MORE : of->order;
     }
+    c->strained = last > MISSED && c->by > 0 ? c->strained + 1 : c->strained > 0 ? c->strained - 1 : 0;
     c->order -= last < AMPLE * most && c->order > LEAST_ORDER;          /* the last term is small enough to be missed now, too */
-    return c->by >= 0;
+    return c->by >= 0 && c->strained <= STRAINED;
 }
 
 /* The distance at s, up to which c->left is. */

@@ -28,7 +28,7 @@
 #define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left */
 #define GAIN 1.5               /* by which another method must be better */
 #define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
-#define BESIDE 100.0           /* of what a problem says of itself, where the error comes with series (companion.h), and for others by another solution */
+#define BESIDE 10.0            /* of what a problem says of itself, where the error comes with series (companion.h), and for others by another solution */
 #define SERIES_AFTER 3         /* steps before they are tried; a stiff start shows in these */
 #define TRIALS 5
 #define POWER_STEPS 12

@@ -16,7 +16,7 @@ static bool rhs(void *ctx, double t, const double *x, double *dx)
     switch (*(enum which *)ctx) {
     case CIRCLE:  dx[0] = -x[1]; dx[1] = x[0]; break;
     case TWIST:   dx[0] = -(x[0] * x[0] + x[1] * x[1]) * x[1]; dx[1] = (x[0] * x[0] + x[1] * x[1]) * x[0]; break;
-    case FORCED:  dx[0] = -3 * x[0] + 3 * cos(t) - sin(t); break;
+    case FORCED:  dx[0] = -x[0] / 2 + cos(t) / 2 - sin(t); break;
     case SADDLE:  dx[0] = x[1]; dx[1] = x[0]; break;
     case GROWTH:  dx[0] = x[0]; break;
     case RICCATI: dx[0] = 1 + x[0] * x[0]; break;
@@ -41,7 +41,7 @@ static bool series(void *ctx, double t, const double *x, int order, double scale
 {
     enum which w = *(enum which *)ctx;
     int n = size_of(w);
-    double wave[2] = { 3 * cos(t), 3 * sin(t) }, other[2] = { -sin(t), cos(t) };      /* 3 cos and -sin, with the derivatives that follow */
+    double wave[2] = { cos(t) / 2, sin(t) / 2 }, other[2] = { -sin(t), cos(t) };      /* cos / 2 and -sin, with the derivatives that follow */
     double square[64];
     *reach = INFINITY;
     memcpy(out, x, (size_t)n * sizeof *x);
@@ -66,7 +66,7 @@ static bool series(void *ctx, double t, const double *x, int order, double scale
         case GROWTH: out[1] = by * out[0]; break;
         case FORCED: {
             double c = wave[0], s = other[0];
-            out[1] = by * (-3 * out[0] + c + s);
+            out[1] = by * (-out[0] / 2 + c + s);
             wave[0] = -by * wave[1];
             wave[1] = by * c;
             other[0] = -by * other[1];
