@@ -24,7 +24,6 @@ enum { STRAINED = 16 };
 enum { FIRST_ORDER = 4, LEAST_ORDER = 3, MORE = 3, LEFT_OUT = 2 };
 /* What the terms do not tell: the field at the end of a step is missed by so many times what the next term makes. */
 #define DEFECT 10.0
-#define FIELD_ROUNDING 500.0       /* as in taylor.c */
 
 struct ode_companion {
     int n, count, order;           /* of the series of distances */
@@ -118,7 +117,7 @@ static void set_rest(struct ode_companion *c, const struct ode_march *m, const s
     double h = fabs(m->step.h);
     const double *noise = m->field.noise;
     for (int j = 0; j < c->n; j++) {
-        double size = fabs(of->field[j]), miss = fabs(of->slope[j] - of->field[j]) - FIELD_ROUNDING * DBL_EPSILON * size;
+        double size = fabs(of->field[j]), miss = fabs(of->slope[j] - of->field[j]) - ODE_FIELD_ROUNDING * DBL_EPSILON * size;
         c->rest[j] = h * ((miss > 0 ? DEFECT * miss / (of->order + 1) : 0) + DBL_EPSILON * (noise ? noise[j] : 1) * size);
     }
 }
@@ -232,6 +231,11 @@ void ode_companion_lose(struct ode_companion *c)
 {
     if (c)
         c->lost = true;
+}
+
+bool ode_companion_lost(const struct ode_companion *c)
+{
+    return c && c->lost;
 }
 
 double *ode_companion_end(struct ode_companion *c)

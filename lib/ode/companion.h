@@ -28,6 +28,8 @@ struct ode_companion *ode_companion_begin(const struct ode_march *m);
 void ode_companion_step(struct ode_companion *c, struct ode_march *m, int through);
 /* The solution jumps, and distances in another way. */
 void ode_companion_lose(struct ode_companion *c);
+/* Its distance is no longer known. False where c is NULL. */
+bool ode_companion_lost(const struct ode_companion *c);
 /* By sample the solution less its companion, count x n, the caller's to free; NULL: other methods made steps, or the distance has grown too large. Frees c. */
 double *ode_companion_end(struct ode_companion *c);
 

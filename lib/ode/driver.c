@@ -13,6 +13,7 @@
 
 #define AT_ENDING 1e-7         /* of the way made: a sample this near to an ending is not asked for */
 #define BREAK_PART 0.41
+#define ENOUGH 0.3             /* of the time that is left */
 #define FIRST_SERIES 1000.0    /* times longer than usual: a bound for the first step */
 
 static void march_alloc(struct ode_march *m)
@@ -388,6 +389,20 @@ static bool is_bounded(const struct ode_march *m)
     return m->dense_ratio < 1 || isfinite(m->piece) || (m->level && !m->method->series) || m->kinks || m->bands || m->p->pieces;
 }
 
+/* A solution whose companion was lost has to be compared with another one, for which the time that is granted may be too short where both are gone all of the way:
+ * then it ends here. */
+static bool is_of_use(struct ode_march *m)
+{
+    const struct sga_budget *all = m->o->budget;
+    if (!m->o->keep_rows || !all || !(all->deadline > 0) || !ode_companion_lost(m->companion))
+        return true;
+    double now = sga_now(), part = fabs(m->t - m->start->t) / fabs(m->stop - m->start->t), both = (now - m->begun) * (2 - part) / part;
+    if (both < ENOUGH * (all->deadline - now))
+        return true;
+    ode_end_at(m, ODE_TIME_LIMIT, "");
+    return false;
+}
+
 static void go(struct ode_march *m, bool accompanied)
 {
     double h;
@@ -396,7 +411,7 @@ static void go(struct ode_march *m, bool accompanied)
     if (!goes_on)
         return;
     ode_control_begin(&m->control, m->method->error_order);
-    m->budget_looked = sga_now();
+    m->budget_looked = m->begun = sga_now();
     m->look_t = m->t;
     m->look_progress = INFINITY;
     while (ode_may_go_on(m)) {
@@ -411,6 +426,8 @@ static void go(struct ode_march *m, bool accompanied)
                 return;
             }
             if (m->next == m->start->count || !pass_break(m) || !ode_kinks_pass(m, taken))
+                return;
+            if (!is_of_use(m))
                 return;
             double next = taken * after_step(m, taken);
             /* a step cut short says little against the size that was thought right */

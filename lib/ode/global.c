@@ -236,13 +236,14 @@ static void set_errors_beside(const struct ode_run *run, struct ode_result *res)
     res->apart = NULL;
 }
 
-static void march_tighter(const struct ode_run *run, struct ode_run *next, double ratio, struct ode_result *tight)
+/* With a companion where the one before had one. */
+static void march_tighter(struct ode_run *next, double ratio, struct ode_result *tight)
 {
     assert(ratio >= 0.5 * LOOSER);       /* solutions nearer to each other say nothing of their errors */
     next->o.rtol /= ratio;
     next->o.atol /= ratio;
     next->level++;
-    next->accompanied = next->o.rtol >= ROUNDING_RTOL && ode_companion_may(run);
+    next->accompanied &= next->o.rtol >= ROUNDING_RTOL;
     march(next, tight);
 }
 
@@ -377,7 +378,7 @@ static void refine(const struct ode_run *run, struct ode_run *next, struct ode_r
             res->shortfall = why_not(res);
             return;
         }
-        march_tighter(run, next, ratio, &tight);
+        march_tighter(next, ratio, &tight);
         if (!tighten(run, next, ratio, res, tight))
             return;
         if (!(res->worst < 0.9 * before) && next->o.rtol < ROUNDING_RTOL) {
@@ -409,8 +410,14 @@ static bool global_beside(const struct ode_run *run, struct ode_run *next, struc
     *ready = next->o.rtol / LOOSER >= ROUNDING_RTOL && ode_companion_may(run);
     if (!*ready)
         return false;
-    march_tighter(run, next, LOOSER, res);
+    next->accompanied = true;
+    march_tighter(next, LOOSER, res);
     bool rows = run->o.keep_rows && res->end.reason == ODE_TIME_LIMIT && res->count > 0;
+    if (run->o.keep_rows && !res->apart && out_of_budget(res)) {       /* given up: two others, as far as these come */
+        *ready = false;
+        ode_result_free(res);
+        return false;
+    }
     if (out_of_budget(res) && !rows)
         return true;
     if (!res->apart || !(res->end.reason == ODE_NONE || rows))
@@ -452,7 +459,8 @@ static void global(const struct ode_run *run, const double *noise, struct ode_re
     if (ready)
         next = tighter;
     else
-        march_tighter(run, &next, LOOSER, &tight);
+        march_tighter(&next, LOOSER, &tight);
+    next.accompanied = false;
     if (tighten(run, &next, LOOSER, res, tight))
         refine(run, &next, res);
     else

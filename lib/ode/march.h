@@ -96,7 +96,7 @@ struct ode_march {
     double last_times[2];           /* of the two accepted points before the present one */
     /* Attempts at which the clock is looked at next; when that was done last. */
     long budget_at;
-    double budget_looked;
+    double budget_looked, begun;
     /* Is there hope to arrive? Looked at every so many attempts (reach.c), last at look_at. */
     long look_at;
     double look_t, look_progress;

@@ -105,6 +105,9 @@ struct ode_method {
 
 extern const struct ode_method ode_tsit5, ode_dop853, ode_radau, ode_taylor;
 
+/* The field's own rounding, in units of its last place: where a series misses it by less that is no defect. */
+#define ODE_FIELD_ROUNDING 500.0
+
 /* Of the last step that was attempted by Taylor series: its coefficients (order + 1 rows of n, with s = 1 at t + scale), and at its end the derivative that
  * they say, and the field. Its own, until the next attempt. */
 struct ode_series {

@@ -44,8 +44,8 @@ bool ode_within_budget(struct ode_march *m)
 /* Of time, in this solution; the ones that are compared with it each take half of what is left: how many there will be is not known. */
 static void tell_share(const struct ode_march *m)
 {
-    bool several = m->o->estimate_global_error;
-    double way = fabs(m->stop - m->start->t), before = several ? 1 - ldexp(1, -m->level) : 0, part = several ? 0.5 * (1 - before) : 1;
+    bool several = m->o->estimate_global_error, alone = m->companion && m->level == 1;       /* perhaps the only one: no looser one comes before it */
+    double way = fabs(m->stop - m->start->t), before = several && !alone ? 1 - ldexp(1, -m->level) : 0, part = !several ? 1 : alone ? 0.75 : 0.5 * (1 - before);
     if (way > 0)
         sga_share_tell(m->o->budget, before + part * fabs(m->t - m->start->t) / way, m->t);
 }

@@ -41,8 +41,6 @@
 #define SLOW_GROWTH 1.1
 #define FIRST 2                /* the order whose term is compared with the next but one, */
 #define RISE 1e3               /* as the last but two with the last: squares of their ratios */
-/* The field's own rounding, in units of its last place, is no defect. */
-#define FIELD_ROUNDING 500.0
 
 struct taylor {
     int n, order;
@@ -265,7 +263,7 @@ static bool defect(struct taylor *w, struct ode_field *field, const struct ode_s
         misses = h * sqrt(misses * w->per_n);
         sizes = h * sqrt(sizes * w->per_n);
     }
-    *miss = sga_larger(0, misses - FIELD_ROUNDING * DBL_EPSILON * sizes) / (w->order + 1);
+    *miss = sga_larger(0, misses - ODE_FIELD_ROUNDING * DBL_EPSILON * sizes) / (w->order + 1);
     return true;
 }
 
