@@ -4,7 +4,7 @@
  * rounding from a start that is. How far the solution is from it is known without computing it: a distance e as small as errors are goes over a step by
  *   e -> (P(x) - P(x - by e)) / by + the terms left out,
  * where the polynomials P need few terms, as a tenth of e is enough to know of it. It is put on the manifold by projecting x - by e. Cost: one short series and
- * one projection a step, a fifth of it or so.
+ * one projection a step: less than half of the solution's own.
  *
  * This is the difference of two solutions of which one is looser (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4), to first order. */
 #ifndef SGA_ODE_COMPANION_H

@@ -286,7 +286,7 @@ struct ode_result {
  * holds. The looser one starts a rounding beside the start and follows a field that is
  * wrong by a rounding, so that the effect of rounded data shows too. Cost: about 1.9
  * times one solution. Where all steps are Taylor series and no events, switches or jumps are on the way,
- * the looser one is followed to first order only (companion.h), down to tolerances of 1e-11: 1.4 times.
+ * the looser one is followed to first order only (companion.h), down to tolerances of 1e-11: about 1.45 times.
  * With `refine` a tighter one follows while the estimate exceeds the
  * tolerances, each against the one before; `shortfall` says why that was given up.
  *
