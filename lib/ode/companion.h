@@ -3,7 +3,7 @@
  * A companion takes the steps of the solution by the same series less their last two terms, so that it errs by more, and follows a field that is wrong by a
  * rounding from a start that is. How far the solution is from it is known without computing it: a distance e as small as errors are goes over a step by
  *   e -> (P(x) - P(x - by e)) / by + the terms left out,
- * where the polynomials P need few terms, as a tenth of e is enough to know of it. It is put on the manifold by projecting x - by e. Cost: one short series and
+ * where the polynomials P need no more terms than make this sharp beside what the step adds. It is put on the manifold by projecting x - by e. Cost: one short series and
  * one projection a step: less than half of the solution's own.
  *
  * This is the difference of two solutions of which one is looser (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4), to first order. */
