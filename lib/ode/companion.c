@@ -26,7 +26,7 @@ enum { FIRST_ORDER = 4, LEAST_ORDER = 3, MORE = 3, LEFT_OUT = 2 };
 #define DEFECT 10.0
 
 struct ode_companion {
-    int n, count, order;           /* of the series of distances */
+    int n, order;                  /* of the series of distances */
     bool lost;
     int strained;                  /* steps of late whose distance had too few terms */
     double *e, *e1;                /* n: at the begin of a step, at its end */
@@ -43,15 +43,8 @@ bool ode_companion_goes_with(const struct ode_problem *p)
 
 bool ode_companion_may(const struct ode_run *run)
 {
-    struct ode_start late;
-    if (!ode_companion_goes_with(run->p))
-        return false;
-    if (!run->series && !(run->o.method && strcmp(run->o.method, ode_taylor.name) == 0))
-        return false;
-    if (!ode_late_start(run, &late))
-        return true;
-    free((double *)late.times);
-    return false;
+    bool series = run->series || (run->o.method && strcmp(run->o.method, ode_taylor.name) == 0);
+    return series && ode_companion_goes_with(run->p) && !ode_is_late(run);
 }
 
 struct ode_companion *ode_companion_begin(const struct ode_march *m)
@@ -59,7 +52,6 @@ struct ode_companion *ode_companion_begin(const struct ode_march *m)
     size_t n = (size_t)m->p->n, count = (size_t)m->start->count;
     struct ode_companion *c = sga_calloc(1, sizeof *c);
     c->n = m->p->n;
-    c->count = m->start->count;
     c->order = FIRST_ORDER;
     c->e = sga_calloc((6 + (size_t)ode_taylor.order + 1) * n + 1, sizeof *c->e);
     c->e1 = c->e + n;

@@ -29,12 +29,25 @@ bool ode_late_error(struct ode_march *m)
     return m->error <= SHARE * most;
 }
 
-bool ode_late_start(const struct ode_run *run, struct ode_start *late)
+/* Two roundings of time, where they are more than nothing of the way; else 0. */
+static double shift_of(const struct ode_run *run)
 {
     static const double FAR = 1e-13;
     const struct ode_start *s = run->start;
     double last = s->times[s->count - 1], shift = 2 * DBL_EPSILON * fmax(fabs(s->t), fabs(last));
-    if (run->p->break_count || run->p->enter || !(shift > FAR * fabs(last - s->t)))
+    return !run->p->break_count && !run->p->enter && shift > FAR * fabs(last - s->t) ? shift : 0;
+}
+
+bool ode_is_late(const struct ode_run *run)
+{
+    return shift_of(run) > 0;
+}
+
+bool ode_late_start(const struct ode_run *run, struct ode_start *late)
+{
+    const struct ode_start *s = run->start;
+    double shift = shift_of(run);
+    if (!(shift > 0))
         return false;
     double *times = sga_malloc((size_t)s->count * sizeof *times);
     for (int k = 0; k < s->count; k++)

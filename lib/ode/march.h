@@ -184,6 +184,7 @@ bool ode_late_error(struct ode_march *m);
 /* *late: the start and the samples by two roundings of time later, where time is far from 0 and its ends are not the ends of
  * something; its times are the caller's to free. Else false. */
 bool ode_late_start(const struct ode_run *run, struct ode_start *late);
+bool ode_is_late(const struct ode_run *run);       /* the same, and no more */
 
 /* extremes.c: a function seems not to change from a to b, as far as rounding of its largest value, `most`, tells. */
 struct ode_quiet { double a, b, most; int event; };
