@@ -153,10 +153,13 @@ static bool answer(struct helpers *h, int fd)
     return send_pieces(fd, own);
 }
 
+bool helpers_shares(const struct helpers *h)
+{
+    return h && h->count;
+}
+
 bool helpers_next(struct helpers *h, int fd)
 {
-    if (!h || !h->count)
-        return false;
     grow(h);
     return answer(h, fd);
 }

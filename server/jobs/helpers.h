@@ -24,7 +24,10 @@ void helpers_free(struct helpers *h);
 
 /* The leader asks, and is told by fd whether there is help from now on. Starts processes, waits for none. False: the leader is gone. */
 bool helpers_share(struct helpers *h, const struct wire_share *share, int fd);
-/* The leader asks for its next pieces: it gets what is made, and its pieces, at once or by helpers_look, once there are some or all is made. */
+/* Whether the leader was told that there is help: only then may it ask for pieces. */
+bool helpers_shares(const struct helpers *h);
+/* The leader asks for its next pieces: it gets what is made, and its pieces, at once or by helpers_look, once there are some or all is made.
+ * False: the leader is gone. */
 bool helpers_next(struct helpers *h, int fd);
 
 /* Fills fds[0 .. most) with what is to be polled for; returns how many. */

@@ -127,14 +127,17 @@ static void child_walled(struct worker *w, const struct job *job)
     log_event(LOG_L_INFO, "child_at_wall", "job", job_id(job), NULL);
 }
 
-/* What the child asks of others. False: it is gone, or says what is not understood. */
+static bool asks_for_help(const struct helpers *help, const struct child_inbox *in)
+{
+    return (in->head.type == WIRE_SHARE && in->head.length == sizeof(struct wire_share)) || (in->head.type == WIRE_NEXT && helpers_shares(help));
+}
+
+/* What the child asks of others. False: it is gone. */
 static bool ask_helpers(struct worker *w, struct helpers *help, const struct child_inbox *in)
 {
     struct wire_share share;
     if (in->head.type == WIRE_NEXT)
         return helpers_next(help, w->child.fd);
-    if (in->head.length != sizeof share)
-        return false;
     memcpy(&share, in->data, sizeof share);
     return helpers_share(help, &share, w->child.fd);
 }
@@ -144,8 +147,10 @@ static bool handle(struct worker *w, struct job *job, struct helpers *help, stru
 {
     bool ended = true;
     char how[128];
-    if ((in->head.type == WIRE_SHARE || in->head.type == WIRE_NEXT) && ask_helpers(w, help, in)) {
-        ended = false;
+    if (asks_for_help(help, in)) {
+        ended = !ask_helpers(w, help, in);
+        if (ended)
+            child_died(w, job);
     } else if (in->head.type == WIRE_PROGRESS && in->head.length == sizeof(struct wire_progress)) {
         struct wire_progress p;
         memcpy(&p, in->data, sizeof p);

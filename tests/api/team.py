@@ -50,6 +50,27 @@ def leader(d):
     return max((pid for pid in d.children("sgad-job") if niceness(pid) == 0), key=worked)
 
 
+def state(pid):
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii") as f:
+            return f.read().rsplit(")", 1)[1].split()[0]
+    except OSError:
+        return "X"
+
+
+def asleep(pid):
+    """It waits for somebody: it sleeps however often one looks."""
+    for _ in range(20):
+        if state(pid) != "S":
+            return False
+        time.sleep(0.005)
+    return True
+
+
+def gone(pid):
+    return state(pid) in "ZX"
+
+
 def until(condition, seconds=60):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -100,6 +121,23 @@ def team_leader_killed(build, c):
         job = d.wait(id_, 300)
         c(job["status"] == "done", "team: a leader that is killed", job.get("error"))
         c(timeless(job.get("result", {"work": {}})) == timeless(solve(build, request)[1]), "team: has its answer later")
+
+
+def team_leader_killed_asking(build, c):
+    """It is killed when it has asked for pieces and was not answered yet: that is a death too, no fault of its message."""
+    with Daemon(build, "--workers", "2") as d:
+        id_ = d.ask("POST", "/v1/jobs", sweep()).json()["id"]
+        c(until(lambda: helpers(d)), "team: another helps, until")
+        pid = leader(d)
+        d.process.send_signal(signal.SIGSTOP)
+        try:
+            asked = until(lambda: asleep(pid))
+            os.kill(pid, signal.SIGKILL)
+            until(lambda: gone(pid))
+        finally:
+            d.process.send_signal(signal.SIGCONT)
+        job = d.wait(id_, 300)
+        c(asked and job["status"] == "done", "team: a leader that is killed when it has asked", job.get("error"))
 
 
 def team_cancelled(build, c):
@@ -156,4 +194,4 @@ def processes(build, c):
         c(subprocess.run([os.path.join(build, "sga"), "solve", "-", "--processes", wrong], input=b"{}", capture_output=True).returncode == 2, f"--processes {wrong}")
 
 
-ALL = [team, team_killed, team_leader_killed, team_cancelled, team_gives_way, processes]
+ALL = [team, team_killed, team_leader_killed, team_leader_killed_asking, team_cancelled, team_gives_way, processes]
