@@ -21,6 +21,14 @@ class Combinations:
         for name, row in answer.problem.named(self.evidence.get("pull_back"), g).items():
             named[name] = row
         self.named = named
+        self.points = {}     # by what vanishes at them
+
+    def sample(self, nodes):
+        """Two points; those after one constraint are those before the next one."""
+        key = tuple(nodes)
+        if key not in self.points:
+            self.points[key] = self.a.sample(nodes, 2)
+        return self.points[key]
 
     def linear_in_v(self, node, sign, env):
         """(coefficients of v, constant term) of an equation's residual."""
@@ -81,7 +89,7 @@ class Combinations:
         before = [c for _, c in a.constraints[:i]]
         older = [k for k, (g, _) in enumerate(a.constraints) if g <= generation - 2]
         for nodes in (before, before + [a.constraints[k][1] for k in same]):
-            for env in a.sample(nodes, 2):
+            for env in self.sample(nodes):
                 try:
                     value = self.meant(i, env)
                     r = self.remainder(parts, older, env)
@@ -100,7 +108,7 @@ class Combinations:
         nodes = [e for _, e in a.constraints]
         top = max([g for g, _ in a.constraints], default=0)
         wanted = a.graph.parse(c["expression"])
-        for env in a.sample(nodes, 2):
+        for env in self.sample(nodes):
             value = a.graph.values(a.graph.cone([wanted]), env, EXACT)[wanted]
             if self.vanishes(value):
                 return "the contradiction vanishes at a point of the earlier constraints"

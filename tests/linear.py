@@ -19,6 +19,8 @@ def _magnitude(a):
     parts = getattr(a, "_mpf_", None)
     if parts and parts[1]:
         return parts[2] + parts[3]
+    if parts and not parts[2]:
+        return -math.inf
     return -math.inf if a == 0 else mpmath.mag(a)
 
 
@@ -60,7 +62,7 @@ def eliminate(rows, cols, tiny=0, equilibrate=True):
         work[top] = [a / p if a else a for a in work[top]]
         filled = [(c, b) for c, b in enumerate(work[top]) if b]
         for k, row in enumerate(work):
-            if k != top and row[j] != 0:
+            if k != top and row[j]:
                 f = row[j]
                 for c, b in filled:
                     row[c] -= f * b

@@ -180,14 +180,20 @@ class Problem:
                      for i, (n, f) in enumerate(zip(user, as_list(system["F"])))]
         self.rows += [g.parse(c) for c in as_list(system["constraints"])]
 
-    def _determinant(self, m):
-        """By the first column."""
+    def _determinant(self, m, known):
+        """By the first column; known: those of minors met before."""
         if not m:
             return self.graph.const(1)
+        key = tuple(map(tuple, m))
+        if key in known:
+            return known[key]
         d, total = self.d, self.graph.const(0)
         for i, r in enumerate(m):
-            part = d.mul(r[0], self._determinant([q[1:] for k, q in enumerate(m) if k != i]))
+            if d.zero(r[0]):
+                continue
+            part = d.mul(r[0], self._determinant([q[1:] for k, q in enumerate(m) if k != i], known))
             total = d.add(total, part) if i % 2 == 0 else d.sub(total, part)
+        known[key] = total
         return total
 
     def _hamiltonian(self, system, user):
@@ -204,11 +210,11 @@ class Problem:
         self.restrict = [g.parse(e) for e in as_list(system.get("restrict", []))]
         self.whole = whole
         J = [[d.of(g.parse(e) if self.primary else e, v) for v in user] for e in self.primary or self.restrict]
-        self.rows = []
+        self.rows, known = [], {}
         for chosen in itertools.combinations(range(n), len(J) + 1):
             total = g.const(0)
             for k, i in enumerate(chosen):
-                minor = self._determinant([[r[j] for j in chosen if j != i] for r in J])
+                minor = self._determinant([[r[j] for j in chosen if j != i] for r in J], known)
                 total = d.add(total, d.mul(minor, whole[i])) if k % 2 == 0 else d.sub(total, d.mul(minor, whole[i]))
             if not d.zero(total):
                 self.rows.append(total)
