@@ -11,7 +11,6 @@ dimension above them is one of its components. Sets over the complex numbers can
 that there is no real point; such cases and those that take too long are counted and skipped.
 """
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -168,8 +167,7 @@ def script(answer, result):
 
 
 def ask(text):
-    run = subprocess.run(["Singular", "-q", "--no-warn", "--no-rc"], input=text, capture_output=True, text=True, check=False,
-                         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS)))
+    run = subprocess.run(["sh", "-c", f"ulimit -t {SECONDS}; exec Singular -q --no-warn --no-rc"], input=text, capture_output=True, text=True, check=False)
     if run.returncode < 0:
         raise Cannot("takes too long")
     said = {}
