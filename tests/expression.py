@@ -31,6 +31,7 @@ class Graph:
     def __init__(self):
         self.node = []       # (operator, argument...) ; ("const", Fraction), ("sym", name)
         self.known = {}
+        self.constants = {}  # value -> node
         self.alias = {}      # a defined name -> node
         self.cones = {}      # root -> its cone: nodes never change, so neither do these
         self.total = None    # the total derivative of a node, where der(expression) is allowed
@@ -42,7 +43,9 @@ class Graph:
         return self.known[key]
 
     def const(self, value):
-        return self.make("const", Fraction(value))
+        if value not in self.constants:
+            self.constants[value] = self.make("const", Fraction(value))
+        return self.constants[value]
 
     def sym(self, name):
         return self.alias[name] if name in self.alias else self.make("sym", name)
