@@ -259,6 +259,26 @@ def roundings(tally, rng, solver, number):
         tally.check(column[0] <= 2 * sum(errors) + 1e-11 * sizes[column[1]], label, f"at {a[0]} {column} from the motion of zeros, errors {errors}")
 
 
+def hardly_moving(tally, rng, solver, number):
+    """One velocity of a chain is a little off what its rods allow, beside others that are large: a start is near, by places that move as little
+    where their rods turn, by a place and a velocity of another rod, each the root of it, where they do not."""
+    request, zeros, sizes = hung(rng)
+    initial = {**request["trajectory"]["initial"]}
+    largest = max(abs(v) for k, v in initial.items() if "'" in k)
+    still = [k for k in zeros if "'" in k and zeros[k] == 0]
+    if largest == 0 or not still or sizes["x0"] != 1:      # beside sizes far from 1 a move by 1 may be a large one
+        return
+    off = 10 ** -rng.uniform(6, 13)
+    initial[rng.choice(still)] = off * largest * rng.choice([1, -1])
+    request["trajectory"] |= {"initial": initial, "stop": 1e-6, "samples": 2}
+    label = f"hardly moving {number}: {request['system']['equations']}, {initial}"
+    result, problem = solver.solve(request)
+    if tally.check(result is not None, label, str(problem)):
+        told = result["trajectory"]["initial"]["projected"]
+        far = max((abs(told[k] - v) / sizes[k], k) for k, v in initial.items())
+        tally.check(far[0] <= 10 * off ** 0.5, label, f"{off} off, and the start {far} away: {told}")
+
+
 def main():
     tally = Tally("start")
     rng = random.Random(seed(20261122))
@@ -269,6 +289,8 @@ def main():
     large(tally, solver)
     for number in range(scaled(25)):
         roundings(tally, rng, solver, number)
+    for number in range(scaled(60)):
+        hardly_moving(tally, rng, solver, number)
     return tally.end()
 
 

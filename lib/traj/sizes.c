@@ -23,6 +23,10 @@ static const double HINT = 0.1;
 static const double SUSPECT = -43, ROUNDED = -47;
 /* They say this much of their size: more than nothing does (scaling_rows.c: DAMP, the root), less than any equation. */
 static const double SLIGHT = 0.03;
+/* log2: what is given so far below the size that it has among the others happens to be small, and says as little: near a turning point or at
+ * rest nearly all of a mechanism's velocities are. Then sizes are looked for again, so often at the most. */
+static const double BELOW = -5;
+enum { ROUNDS = 6 };
 /* What became larger than its unit by more than this had the wrong one. */
 static const double WRONG = 8;
 /* What stayed below this part of its unit was never there. */
@@ -66,18 +70,35 @@ static double unit_of(double log, bool from_zero)
     return log <= SMALL ? power(log) : from_zero && log > LARGE ? power(log - ROOM) : 1;
 }
 
-/* log2 of the sizes into log (n + 1), from the equations and from what is given (for the others: where equations leave them open); NULL: too
- * many variables. The caller frees it. */
-static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, bool others, const unsigned char *slight, double *log)
+/* slight[j] is set for what is given far below its size log[j]. Whether any is new. */
+static bool add_slight(const struct traj_request *from, int n, const double *log, unsigned char *slight)
 {
-    struct scaling *w = natural_scaling(sys, true, others);
-    if (w) {
+    bool any = false;
+    for (int j = 0; j < n; j++)
+        if (has_size(from, j) && !slight[j] && log2(fabs(from->initial[j])) < log[j] + BELOW)
+            slight[j] = any = true;
+    return any;
+}
+
+/* log2 of the sizes into log (n + 1), from the equations and from what is given (for the others: where equations leave them open); NULL: too
+ * many variables. among: what is given counts by the largest of what equations compare, not by their mean. The caller frees it. */
+static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_request *rq, int n, bool others, bool among, const unsigned char *slight, double *log)
+{
+    struct scaling *w = NULL;
+    SGA_ARENA(mem);
+    unsigned char *little = memcpy(sga_take(&mem, (size_t)n + 1), slight, (size_t)n);
+    for (int round = 0; !round || (w && among && round < ROUNDS && add_slight(giver(rq), n, log, little)); round++) {
+        scaling_free(w);
+        w = natural_scaling(sys, true, others);
+        if (!w)
+            break;
         if (scaling_cut(w) && !rq->own_atol)
             sga_limit_met(rq->budget, SGA_LIMIT_SCALED_TERMS);
-        given(w, giver(rq), n, others ? HINT : 1, slight);
+        given(w, giver(rq), n, others ? HINT : 1, little);
         scaling_logs(w, log);
-        at_least_given(giver(rq), n, log);
     }
+    if (w)
+        at_least_given(giver(rq), n, log);
     return w;
 }
 
@@ -112,7 +133,7 @@ static void find_roundings(const struct sys_system *sys, const struct traj_reque
         slight[j] = has_size(from, j) && log2(fabs(from->initial[j])) < log2(most) + SUSPECT;
         any |= slight[j];
     }
-    struct scaling *w = any ? sizes_of(sys, rq, n, false, slight, log) : NULL;
+    struct scaling *w = any ? sizes_of(sys, rq, n, false, true, slight, log) : NULL;
     for (int j = 0; j < n; j++)
         slight[j] = slight[j] && w && log2(fabs(from->initial[j])) < log[j] + ROUNDED;
     scaling_free(w);
@@ -126,13 +147,13 @@ static void find(struct sizes *s, const struct sys_system *sys, const struct tra
     double *log = sga_take(&mem, (size_t)(n + 2) * sizeof *log);
     unsigned char *slight = sga_zeros(&mem, (size_t)n + 1, 1);
     find_roundings(sys, rq, n, slight, log);
-    struct scaling *w = sizes_of(sys, rq, n, true, slight, log);
+    struct scaling *w = sizes_of(sys, rq, n, true, true, slight, log);
     if (!w && !rq->own_atol)
         sga_limit_met(rq->budget, SGA_LIMIT_SCALED);
     if (w)
         weigh_others(s, from, log);
     scaling_free(w);
-    w = sizes_of(sys, rq, n, false, slight, log);
+    w = sizes_of(sys, rq, n, false, false, slight, log);
     for (int j = 0; j < n && w; j++)
         if (from->given[j])
             s->weight[j] = log[j] <= SMALL || log[j] >= LARGE ? power(log[j]) : 1;
