@@ -19,9 +19,8 @@ def _magnitude(a):
     parts = getattr(a, "_mpf_", None)
     if parts and parts[1]:
         return parts[2] + parts[3]
-    if parts and not parts[2]:
-        return -math.inf
-    return -math.inf if a == 0 else mpmath.mag(a)
+    zero = not parts[2] if parts else a == 0      # no mantissa and no exponent; infinities have one
+    return -math.inf if zero else mpmath.mag(a)
 
 
 def _largest(row, cols):

@@ -87,7 +87,7 @@ static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_
     struct scaling *w = NULL;
     SGA_ARENA(mem);
     unsigned char *little = memcpy(sga_take(&mem, (size_t)n + 1), slight, (size_t)n);
-    for (int round = 0; !round || (w && among && round < ROUNDS && add_slight(giver(rq), n, log, little)); round++) {
+    for (int round = 0; !round || (among && round < ROUNDS && add_slight(giver(rq), n, log, little)); round++) {
         scaling_free(w);
         w = natural_scaling(sys, true, others);
         if (!w)

@@ -8,6 +8,7 @@ import time
 
 from common import COUNTER, slow, trivial
 from daemon import Daemon
+from isolation import gone, status
 
 HELPS = 5      # the niceness of a process that helps
 
@@ -50,25 +51,13 @@ def leader(d):
     return max((pid for pid in d.children("sgad-job") if niceness(pid) == 0), key=worked)
 
 
-def state(pid):
-    try:
-        with open(f"/proc/{pid}/stat", encoding="ascii") as f:
-            return f.read().rsplit(")", 1)[1].split()[0]
-    except OSError:
-        return "X"
-
-
 def asleep(pid):
     """It waits for somebody: it sleeps however often one looks."""
     for _ in range(20):
-        if state(pid) != "S":
+        if not status(pid)["State"].startswith("S"):
             return False
         time.sleep(0.005)
     return True
-
-
-def gone(pid):
-    return state(pid) in "ZX"
 
 
 def until(condition, seconds=60):
@@ -133,7 +122,7 @@ def team_leader_killed_asking(build, c):
         try:
             asked = until(lambda: asleep(pid))
             os.kill(pid, signal.SIGKILL)
-            until(lambda: gone(pid))
+            gone(pid)
         finally:
             d.process.send_signal(signal.SIGCONT)
         job = d.wait(id_, 300)
