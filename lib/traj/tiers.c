@@ -117,7 +117,7 @@ static void try(struct tiers_search *s, enum tiers_stage stage, struct tiers_fou
     s->t.effort = 0;
     tiers_of(s->rq, s->kind, s->t.n, stage, s->tier);
     (s->elsewhere ? tiers_from_elsewhere : tiers_from_guess)(s, &here, &new);
-    if (here.any && (!best->any || here.ended)) {
+    if (here.any && (!best->any || here.ends == TIERS)) {
         tiers_found_copy(s, best, &here);
         best->any = true;
         s->found_in = stage;
@@ -131,10 +131,10 @@ bool tiers_start(struct manifold *m, const struct sys_system *sys, const struct 
     struct tiers_search s = { .elsewhere = elsewhere };
     struct tiers_found best = { .x = x };
     open(&s, m, sys, sizes, rq);
-    for (int k = 0; k < TIERS_STAGES && !best.ended; k++)
+    for (int k = 0; k < TIERS_STAGES && best.ends < TIERS; k++)
         if (tiers_differ(rq, s.kind, m->n, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES))
             try(&s, (enum tiers_stage)k, &best);
-    if (best.any && !best.ended) {
+    if (best.any && best.ends < TIERS) {
         s.dear = true;
         best.any = false;
         try(&s, s.found_in, &best);
@@ -159,5 +159,5 @@ bool tiers_descend(struct manifold *m, const struct sys_system *sys, const struc
     tiers_complete(&s, &f);
     memcpy(far, f.score, sizeof f.score);
     close(&s);
-    return f.ended;
+    return f.ends == TIERS;
 }

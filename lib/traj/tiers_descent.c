@@ -133,14 +133,14 @@ static bool descend(struct tiers_search *s, struct tiers_found *f, bool all)
     double reached[TIERS];
     bool left = true, kept = true;
     tiers_stay(s);
-    f->ended = true;
+    f->ends = TIERS;
     for (int tier = 0; tier < TIERS; tier++) {
         reached[tier] = INFINITY;
-        if (!left || !f->ended || !weigh(s, tier, s->dear ? 1 / (LOOSE * LOOSE) : 0))
+        if (!left || f->ends < TIERS || !weigh(s, tier, s->dear ? 1 / (LOOSE * LOOSE) : 0))
             continue;
         left = tangent_at(&s->t, s->rq->start, f->x) >= 0 && s->t.columns > s->t.rank;
         if (left) {
-            f->ended = nearest_descend(&q, f->x);
+            f->ends = nearest_descend(&q, f->x) ? TIERS : tier;
             fix_tier(s, &q, tier, all || s->dear, f->x);
             weigh(s, tier, 0);
             reached[tier] = nearest_sum(&q, f->x);
@@ -169,9 +169,13 @@ void tiers_complete(struct tiers_search *s, struct tiers_found *f)
 
 int tiers_compare(const struct tiers_search *s, const struct tiers_found *a, const struct tiers_found *b)
 {
-    for (int k = 0; k < TIERS; k++)
+    int both = a->ends < b->ends ? a->ends : b->ends;
+    for (int k = 0; k < TIERS; k++) {
+        if (k == both && a->ends != b->ends)
+            return a->ends > b->ends ? -1 : 1;
         if (farther(a->score[k], b->score[k]) || farther(b->score[k], a->score[k]))
             return a->score[k] < b->score[k] ? -1 : 1;
+    }
     for (int k = 0; k < TIERS; k++)
         for (int i = 0; i < s->t.n; i++) {
             int j = s->by_name[i];
@@ -187,5 +191,5 @@ void tiers_found_copy(const struct tiers_search *s, struct tiers_found *to, cons
     memcpy(to->x, from->x, (size_t)s->t.n * sizeof *from->x);
     memcpy(to->score, from->score, sizeof from->score);
     to->any = from->any;
-    to->ended = from->ended;
+    to->ends = from->ends;
 }

@@ -33,7 +33,8 @@ struct large {
 
 struct found {
     double *x, score[TIERS];
-    bool any, ended;
+    bool any;
+    int ends;                /* tiers before the first without a nearest point; TIERS: each had one */
 };
 
 static double part(const struct large *s, const double *x, int j)
@@ -104,10 +105,11 @@ static bool descend(struct large *s, int tier, double *x)
 /* From a point of the set to the nearest one, tier by tier. */
 static void complete(struct large *s, struct found *f)
 {
-    f->any = f->ended = true;
+    f->any = true;
+    f->ends = TIERS;
     for (int tier = 0; tier < TIERS; tier++)
-        if (weigh(s, tier))
-            f->ended &= descend(s, tier, f->x);
+        if (weigh(s, tier) && !descend(s, tier, f->x) && f->ends == TIERS)
+            f->ends = tier;
     for (int tier = 0; tier < TIERS; tier++)
         f->score[tier] = sum_of(s, tier, f->x);
 }
@@ -130,9 +132,13 @@ static void begin(const struct large *s, int k, double *x)
     }
 }
 
+/* In the tiers that have an end in both; of as near ones that which has more of those. */
 static bool nearer(const struct found *a, const struct found *b)
 {
+    int both = a->ends < b->ends ? a->ends : b->ends;
     for (int k = 0; k < TIERS; k++) {
+        if (k == both && a->ends != b->ends)
+            return a->ends > b->ends;
         double x = sqrt(a->score[k]), y = sqrt(b->score[k]);
         if (fabs(x - y) > ALIKE * (1 + fmin(x, y)))
             return x < y;
@@ -142,12 +148,12 @@ static bool nearer(const struct found *a, const struct found *b)
 
 static void keep(const struct large *s, struct found *best, const struct found *new)
 {
-    if (best->any && (best->ended > new->ended || (best->ended == new->ended && !nearer(new, best))))
+    if (best->any && !nearer(new, best))
         return;
     memcpy(best->x, new->x, (size_t)s->step.m->n * sizeof *best->x);
     memcpy(best->score, new->score, sizeof best->score);
     best->any = true;
-    best->ended = new->ended;
+    best->ends = new->ends;
 }
 
 /* Nearest points of a stage. One found at the first step from the guess is the only one that can be meant. */
@@ -218,7 +224,7 @@ bool tiers_large_start(struct manifold *m, const struct sys_system *sys, const s
     bool any = false;
     struct found best = { .x = x }, new = { .x = sga_malloc(((size_t)m->n + 1) * sizeof(double)) };
     open(&s, m, sys, sizes);
-    for (int k = 0; k < TIERS_STAGES && !best.ended; k++)
+    for (int k = 0; k < TIERS_STAGES && best.ends < TIERS; k++)
         if (tiers_differ(rq, s.kind, m->n, (enum tiers_stage)k) && (!best.any || k >= TIERS_KEEP_PLACES)) {
             s.stage = (enum tiers_stage)k;
             try(&s, &best, &new);

@@ -31,14 +31,16 @@ struct tiers_search {
 
 struct tiers_found {
     double *x, score[TIERS];
-    bool any, ended;         /* some point; and each tier had a nearest one */
+    bool any;
+    int ends;                /* tiers before the first without a nearest point; TIERS: each had one */
 };
 
 /* tiers_descent.c. The tangent space without what stays in the stage of the search, and with what edges bar. */
 void tiers_stay(struct tiers_search *s);
-/* From f->x, a point of the set, to the nearest one, tier by tier: its distances, and whether each tier had a nearest one. */
+/* From f->x, a point of the set, to the nearest one, tier by tier: its distances, and which tiers had a nearest one. */
 void tiers_complete(struct tiers_search *s, struct tiers_found *f);
-/* Negative: a is nearer; positive: b is; 0: as near as each other, and the same in all names. */
+/* Negative: a is nearer, or as near in the tiers that have an end in both and has more of those; positive: b is; 0: as near as each other, and the
+ * same in all names. */
 int tiers_compare(const struct tiers_search *s, const struct tiers_found *a, const struct tiers_found *b);
 void tiers_found_copy(const struct tiers_search *s, struct tiers_found *to, const struct tiers_found *from);
 

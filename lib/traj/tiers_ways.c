@@ -51,7 +51,7 @@ static bool goes_on(const struct tiers_search *s, const struct tiers_found *best
 /* Whether the new one is taken. */
 static bool keep(const struct tiers_search *s, struct tiers_found *best, const struct tiers_found *new)
 {
-    if (best->any && (best->ended > new->ended || (best->ended == new->ended && tiers_compare(s, best, new) <= 0)))
+    if (best->any && tiers_compare(s, best, new) <= 0)
         return false;
     tiers_found_copy(s, best, new);
     best->any = true;
