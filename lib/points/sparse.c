@@ -22,10 +22,11 @@ static void list_add(struct list *l, int item)
 
 struct work {
     struct points_lu *lu;
-    unsigned char *done, *mark;
-    double *norm, *value;         /* by row: first largest entry; by column: scratch */
+    unsigned char *done;
+    double *norm;                 /* by row: first largest entry */
     struct list *by_length, *meet;
-    int *count;                   /* by column: rows that have an entry there */
+    int *count;                   /* by column: rows that are not done and have an entry there */
+    int *at;                      /* by column: where the row in work has it, if the row says so too */
     int lowest;
     double tiny;
 };
@@ -55,43 +56,54 @@ static void file_row(struct work *w, int i)
         w->lowest = len;
 }
 
+static bool has(const struct points_row *r, const int *at, int c)
+{
+    return at[c] < r->len && r->col[at[c]] == c;
+}
+
+static void append(struct points_row *r, int c, double v)
+{
+    if (r->len == r->cap) {
+        r->cap = r->cap ? 2 * r->cap : 8;
+        r->col = sga_realloc(r->col, (size_t)r->cap * sizeof *r->col);
+        r->val = sga_realloc(r->val, (size_t)r->cap * sizeof *r->val);
+    }
+    r->col[r->len] = c;
+    r->val[r->len++] = v;
+}
+
 /* row i -= f * row p; the pivot column leaves row i */
 static void subtract(struct work *w, int i, int p, double f, int pivot_col)
 {
     struct points_row *r = w->lu->row + i;
     const struct points_row *q = w->lu->row + p;
-    for (int k = 0; k < r->len; k++) {
-        w->value[r->col[k]] = r->val[k];
-        w->mark[r->col[k]] = 1;
-    }
+    int *at = w->at;
+    for (int k = 0; k < r->len; k++)
+        at[r->col[k]] = k;
     for (int k = 0; k < q->len; k++) {
         int c = q->col[k];
-        if (!w->mark[c]) {
-            if (r->len == r->cap) {
-                r->cap = r->cap ? 2 * r->cap : 8;
-                r->col = sga_realloc(r->col, (size_t)r->cap * sizeof *r->col);
-                r->val = sga_realloc(r->val, (size_t)r->cap * sizeof *r->val);
-            }
-            r->col[r->len++] = c;
-            w->mark[c] = 1;
+        if (has(r, at, c)) {
+            r->val[at[c]] -= f * q->val[k];
+        } else {
+            at[c] = r->len;
+            append(r, c, -f * q->val[k]);
             w->count[c]++;
             list_add(w->meet + c, i);
         }
-        w->value[c] -= f * q->val[k];
     }
-    int n = 0;
-    for (int k = 0; k < r->len; k++) {
-        int c = r->col[k];
-        w->mark[c] = 0;
-        if (c != pivot_col) {
-            r->col[n] = c;
-            r->val[n++] = w->value[c];
-        } else {
-            w->count[c]--;
-        }
-        w->value[c] = 0;
-    }
-    r->len = n;
+    r->len--;
+    r->col[at[pivot_col]] = r->col[r->len];
+    r->val[at[pivot_col]] = r->val[r->len];
+    w->count[pivot_col]--;
+}
+
+/* Row r is none of those that are left any more. */
+static void leave(struct work *w, int r)
+{
+    const struct points_row *row = w->lu->row + r;
+    w->done[r] = 1;
+    for (int k = 0; k < row->len; k++)
+        w->count[row->col[k]]--;
 }
 
 /* The shortest row with an acceptable entry, and in it the column that meets the fewest
@@ -108,7 +120,7 @@ static bool choose(struct work *w, int *out_row, int *out_col)
                 continue;
             double big = largest(r);
             if (!(big > w->tiny * w->norm[i])) {
-                w->done[i] = 1;       /* numerically dependent on the rows before it */
+                leave(w, i);          /* numerically dependent on the rows before it */
                 continue;
             }
             int best = -1;
@@ -138,7 +150,7 @@ static void eliminate(struct work *w)
         lu->pivot_row[step] = r;
         lu->pivot_col[step] = c;
         lu->pivot[step] = p;
-        w->done[r] = 1;
+        leave(w, r);
         for (int q = 0; q < w->meet[c].count; q++) {
             int i = w->meet[c].item[q], at = w->done[i] ? -1 : find(lu->row + i, c);
             if (at < 0)
@@ -164,9 +176,8 @@ void points_lu_factor(struct points_lu *lu, struct points_row *row, int rows, in
     lu->pivot = sga_malloc((size_t)rows * sizeof(double));
     struct work w = { .lu = lu, .lowest = cols, .tiny = tiny };
     w.done = sga_calloc((size_t)rows, 1);
-    w.mark = sga_calloc((size_t)cols, 1);
     w.norm = sga_malloc((size_t)rows * sizeof *w.norm);
-    w.value = sga_calloc((size_t)cols, sizeof *w.value);
+    w.at = sga_calloc((size_t)cols, sizeof *w.at);
     w.count = sga_calloc((size_t)cols, sizeof *w.count);
     w.by_length = sga_calloc((size_t)cols + 1, sizeof *w.by_length);
     w.meet = sga_calloc((size_t)cols + 1, sizeof *w.meet);
@@ -186,9 +197,8 @@ void points_lu_factor(struct points_lu *lu, struct points_row *row, int rows, in
     free(w.by_length);
     free(w.meet);
     free(w.done);
-    free(w.mark);
     free(w.norm);
-    free(w.value);
+    free(w.at);
     free(w.count);
     assert(lu->rank <= rows && lu->rank <= cols);
 }
