@@ -26,6 +26,7 @@
 #include "tokens.h"
 #include "worker.h"
 
+#include <errno.h>
 #include <gnutls/crypto.h>
 #include <gnutls/gnutls.h>
 #include <microhttpd.h>
@@ -34,6 +35,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 enum { USAGE = 2, STORE_SECONDS = 2, HTTP_SECONDS = 10, TAKE_OVER_SECONDS = 60, LEAVE_US = 300000 };
@@ -64,6 +66,14 @@ static void resume(void *connection)
     MHD_resume_connection(connection);
 }
 
+static bool left(void *connection)
+{
+    const union MHD_ConnectionInfo *info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    char next;
+    ssize_t some = info ? recv(info->connect_fd, &next, 1, MSG_PEEK | MSG_DONTWAIT) : 1;
+    return some == 0 || (some < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
+}
+
 static void raise_descriptor_limit(void)
 {
     struct rlimit r;
@@ -90,7 +100,7 @@ static bool start_tokens(struct service *sv, char *why, size_t size)
 static bool start(struct parts *p, char *why, size_t size)
 {
     struct service *sv = &p->service;
-    struct jobs_hooks hooks = { suspend, resume };
+    struct jobs_hooks hooks = { suspend, resume, left };
     snprintf(why, size, "out of memory");
     return (sv->conns = conns_new())
         && (sv->memory_cache = memory_cache_new((size_t)sv->config->cache_memory))

@@ -61,7 +61,7 @@ void exchange_prefer(struct exchange *e, long otherwise)
 bool exchange_wait(struct exchange *e, enum wait_kind kind, double until)
 {
     assert(e->job && !e->waiter.waiting);
-    e->waiter = (struct waiter){ .connection = e->connection, .account = e->account, .kind = kind, .deadline = until };
+    e->waiter = (struct waiter){ .connection = e->connection, .account = e->account, .kind = kind, .deadline = until, .left = e->waiter.left };
     /* Before the wait: once suspended, the exchange may be resumed on another thread. */
     conn_deadline(e->conn, 0);
     return jobs_wait(e->service->jobs, e->job, &e->waiter);

@@ -35,6 +35,7 @@ struct waiter;
 struct jobs_hooks {
     void (*suspend)(void *connection);
     void (*resume)(void *connection);
+    bool (*left)(void *connection);         /* of one that is suspended: its client hung up */
 };
 
 struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_cache *memory_cache, struct metrics *m, struct jobs_hooks hooks);

@@ -41,7 +41,7 @@ static void count(struct account *account, unsigned long *kind, long by)
 bool jobs_wait(struct jobs *js, struct job *job, struct waiter *w)
 {
     pthread_mutex_lock(&js->lock);
-    bool wait = !satisfied(job, w) && !js->closed && !(js->brief && w->kind != WAIT_STORED) && w->deadline > sga_now() && room(js, w);
+    bool wait = !satisfied(job, w) && !js->closed && !(js->brief && w->kind != WAIT_STORED) && !w->left && w->deadline > sga_now() && room(js, w);
     if (wait) {
         assert(!w->waiting);
         w->job = job;
@@ -126,12 +126,14 @@ static void prune(struct jobs *js)
 void jobs_tick(struct jobs *js, double now)
 {
     pthread_mutex_lock(&js->lock);
+    bool look = now >= js->retry_at;
     for (struct waiter *w = js->all, *next; w; w = next) {
         next = w->all_next;
-        if (w->deadline <= now)
+        w->left = look && w->kind == WAIT_ENDED && js->hooks.left(w->connection);
+        if (w->deadline <= now || w->left)
             resume(js, w);
     }
-    if (now >= js->retry_at) {
+    if (look) {
         js->retry_at = now + RETRY_SECONDS;
         store_look(js->store);
         if (!store_healthy(js->store))

@@ -17,6 +17,7 @@ struct waiter {
     uint64_t seen;            /* WAIT_EVENT: the event known already */
     double deadline;          /* sga_now() */
     bool waiting;
+    bool left;                /* resumed since its client hung up: it waits no more */
     struct job *job;
     struct waiter *prev, *next, *all_prev, *all_next;
 };

@@ -264,6 +264,13 @@ def many(build, c):
         for t in waiters:
             t.join(20)
         c([a.status for a in answers] == [200] * 6 and time.monotonic() - begun >= 3.5, "the others waited", [a.status for a in answers])
+        silent = [connect(d) for _ in range(3)]
+        for s in silent:
+            s.sendall(f"GET /v1/jobs/{id_} HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=30\r\n\r\n".encode())
+        c(until(lambda: series(d)["sgad_waiters"] == 3), "three wait again")
+        for s in silent:
+            s.close()
+        c(until(lambda: series(d)["sgad_waiters"] == 0, 10), "who hung up holds no place")
         streams = [connect(d) for _ in range(2)]
         for s in streams:
             s.sendall(f"GET /v1/jobs/{id_}/events HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())

@@ -78,6 +78,12 @@ static void nothing(void *connection)
     (void)connection;
 }
 
+static bool never(void *connection)
+{
+    (void)connection;
+    return false;
+}
+
 static struct config config = { .workers = 1, .queue = 10, .queue_bytes = 1 << 20, .token_queue = 50, .token_workers = 100, .max_seconds = 60, .lease = 15,
                                 .unsaved_memory = 1 << 20 };
 static struct metrics metrics;
@@ -96,7 +102,7 @@ static struct scene scene(void)
     struct scene s = { .cache = memory_cache_new(1 << 20), .wake = eventfd(0, EFD_NONBLOCK) };
     memset(&fake, 0, sizeof fake);
     fake.face.ops = &ops;
-    s.jobs = jobs_new(&config, &fake.face, s.cache, &metrics, (struct jobs_hooks){ nothing, nothing });
+    s.jobs = jobs_new(&config, &fake.face, s.cache, &metrics, (struct jobs_hooks){ nothing, nothing, never });
     s.ann = jobs_account(s.jobs, "ann", &none);
     return s;
 }
