@@ -24,6 +24,9 @@
 enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500 };
 /* How much nearer to the guess the next start is, where one led over a change of branch. */
 static const double NEARER = 0.125;
+/* A place so much farther than all before is one more on the way to infinity, where so many were; nearer than this part of them, it was none. */
+static const double FARTHER = 1.5, BACK = 0.25;
+enum { FARTHER_PLACES = 8 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -271,6 +274,24 @@ static void retreat(struct points_point *p, const struct points_space *s, const 
     }
 }
 
+/* How far a search has gone, in units, and over how many places, each farther than those before. */
+struct way {
+    double far;
+    int places;
+};
+
+static void way_on(struct way *way, const struct points_space *s, const struct points_point *p)
+{
+    const int *scale = p->scaled ? s->scale : NULL;
+    double far = 1;
+    for (int i = 0; i < s->variables; i++)
+        far = fmax(far, scale ? ldexp(fabs(p->x[i]), -scale[i]) : fabs(p->x[i]));
+    if (far > FARTHER * way->far)
+        *way = (struct way){ far, way->places + 1 };
+    else if (far < BACK * way->far)
+        *way = (struct way){ far, 0 };
+}
+
 /* Newton from the present start: 1 converged, 0 not, -1 where it creeps to a place at
  * which the differentials are dependent. */
 static int newton(struct points_jacobian *j, struct points_point *p, struct points_parts *parts, bool basic)
@@ -283,6 +304,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, struct poin
     double *r = sga_take(&mem, (size_t)c * sizeof *r), *d = sga_take(&mem, (size_t)n * sizeof *d);
     double *from = sga_take(&mem, 2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
     int retreats = 0;
+    struct way way = { 1, 0 };
     SGA_FREED unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
     for (int k = 0; k < (basic ? BASIC_STEPS : c > FEW ? LONG_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
         memcpy(here, p->x, (size_t)n * sizeof *here);
@@ -296,6 +318,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, struct poin
             continue;
         }
         memcpy(from, here, (size_t)n * sizeof *from);
+        way_on(&way, s, p);
         if (old && rank == 0 && res >= 1e-12)
             break;          /* the new variables alone cannot do it */
         last = res;
@@ -304,6 +327,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, struct poin
             break;
         }
     }
+    p->away = way.places >= FARTHER_PLACES;
     if (result == 0 && !basic && last < 1e-4)
         result = -1;
     if (result != 1)
@@ -311,48 +335,11 @@ static int newton(struct points_jacobian *j, struct points_point *p, struct poin
     return result;
 }
 
-/* Whether some constraint changes its branch (abs, sign, min, max) just at the point, so
- * that its differential there is none. */
-static bool at_kink(const struct points_space *s, struct points_point *p)
-{
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
-    bool kink = false;
-    expr_cone_init(&cone);
-    expr_cone_of(s->st, &cone, s->constraint, s->constraints);
-    num_ball_list(&p->ball, cone.list, cone.count);
-    for (int k = 0; k < cone.count && !kink; k++) {
-        const struct expr_node n = s->st->node[cone.list[k]];
-        if (n.op == EXPR_ABS || n.op == EXPR_SIGN)
-            kink = arb_contains_zero(num_ball_value(&p->ball, n.a));
-        else if (n.op == EXPR_MIN || n.op == EXPR_MAX)
-            kink = arb_overlaps(num_ball_value(&p->ball, n.a), num_ball_value(&p->ball, n.b));
-    }
-    num_ball_forget(&p->ball);
-    return kink;
-}
-
-/* Whether what is listed as defined has values at the point: one where equations have none (sqrt(x) at x < 0) is a
- * last resort. */
-static bool in_domain(const struct points_space *s, struct points_point *p)
-{
-    bool in = true;
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
-    expr_cone_init(&cone);
-    if (s->defineds) {
-        expr_cone_of(s->st, &cone, s->defined, s->defineds);
-        num_ball_list(&p->ball, cone.list, cone.count);
-        for (int i = 0; i < s->defineds && in; i++)
-            in = arb_is_finite(num_ball_value(&p->ball, s->defined[i]));
-        num_ball_forget(&p->ball);
-    }
-    return in;
-}
-
 static enum points_status accepted(const struct points_space *s, struct points_point *p, bool strict, bool *outside)
 {
     if (!points_on_sides(s->st, &p->ball, s->side, s->sides))
         return POINTS_NONE;
-    bool out = strict && !in_domain(s, p);
+    bool out = strict && !points_in_domain(s, p);
     *outside |= out;
     return out ? POINTS_NONE : POINTS_OK;
 }
@@ -406,9 +393,9 @@ static enum points_status find(const struct points_space *s, double spread, uint
             nearer *= NEARER;
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
         }
-        if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !at_kink(s, p)))
+        if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !points_at_kink(s, p)))
             status = accepted(s, p, strict, outside);
-        else if (got != 0 && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
+        else if (got != 0 && !p->away && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
         if (a >= (s->near ? 12 : 6) && irregular)     /* near a guess the first starts are beside it, where nothing regular may be */
             break;

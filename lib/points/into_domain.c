@@ -113,3 +113,18 @@ bool points_into_domain(const struct points_space *s, double box, uint64_t *rand
     free(d.column);
     return clean;
 }
+
+bool points_in_domain(const struct points_space *s, struct points_point *p)
+{
+    bool in = true;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    expr_cone_init(&cone);
+    if (s->defineds) {
+        expr_cone_of(s->st, &cone, s->defined, s->defineds);
+        num_ball_list(&p->ball, cone.list, cone.count);
+        for (int i = 0; i < s->defineds && in; i++)
+            in = arb_is_finite(num_ball_value(&p->ball, s->defined[i]));
+        num_ball_forget(&p->ball);
+    }
+    return in;
+}

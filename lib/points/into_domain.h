@@ -11,4 +11,7 @@
  * used, where all have values. False: some still have none; p is usable all the same. */
 bool points_into_domain(const struct points_space *s, double box, uint64_t *random, struct points_point *p);
 
+/* Whether what is listed as defined has values at the point: one where equations have none (sqrt(x) at x < 0) is a last resort. */
+bool points_in_domain(const struct points_space *s, struct points_point *p);
+
 #endif

@@ -19,6 +19,7 @@ struct points_point {
     bool scaled;               /* found with the space's scale, and refined with it */
     bool cheaply;               /* some variables moved more easily than others from its start */
     bool triangular;           /* solved variable by variable: refined in the same way */
+    bool away;                 /* its search went ever farther: what it approached, if anything, lies at infinity */
     double *x;                 /* by variable, midpoints (may be 0 or inf if out of range) */
     double t;
     double *parameter;         /* by parameter */

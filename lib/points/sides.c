@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "arena.h"
 #include "beyond.h"
 #include "facts.h"
 #include "mem.h"
@@ -212,4 +213,22 @@ bool points_on_sides(const struct expr_store *st, struct num_ball *b, const stru
     expr_cone_clear(&cone);
     num_ball_forget(b);
     return on;
+}
+
+bool points_at_kink(const struct points_space *s, struct points_point *p)
+{
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    bool kink = false;
+    expr_cone_init(&cone);
+    expr_cone_of(s->st, &cone, s->constraint, s->constraints);
+    num_ball_list(&p->ball, cone.list, cone.count);
+    for (int k = 0; k < cone.count && !kink; k++) {
+        const struct expr_node n = s->st->node[cone.list[k]];
+        if (n.op == EXPR_ABS || n.op == EXPR_SIGN)
+            kink = arb_contains_zero(num_ball_value(&p->ball, n.a));
+        else if (n.op == EXPR_MIN || n.op == EXPR_MAX)
+            kink = arb_overlaps(num_ball_value(&p->ball, n.a), num_ball_value(&p->ball, n.b));
+    }
+    num_ball_forget(&p->ball);
+    return kink;
 }

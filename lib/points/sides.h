@@ -39,4 +39,7 @@ int points_pairs_of(const struct sga_budget *budget, struct expr_store *st, stru
 /* Whether the point lies on all these sides (true too where one is undecided). */
 bool points_on_sides(const struct expr_store *st, struct num_ball *b, const struct points_side *side, int sides);
 
+/* Whether some constraint changes its branch (abs, sign, min, max) just at the point, so that its differential there is none. */
+bool points_at_kink(const struct points_space *s, struct points_point *p);
+
 #endif
