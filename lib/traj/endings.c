@@ -8,6 +8,7 @@
 
 #include "buf.h"
 #include "charts.h"
+#include "endings_far.h"
 #include "impulse.h"
 #include "leap.h"
 #include "points_space.h"
@@ -153,7 +154,8 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */
         field_fall_refine(&f->field);
         r->ended_t = f->field.fell_t;
-        say_stratum(f, r);
+        if (!endings_far(f, rq, r))
+            say_stratum(f, r);
         return;
     }
     if (reason == ODE_CONSTRAINT_LOST && given_ended(f, rq, r)) {
@@ -164,14 +166,15 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         return;
     if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
         return;
-    if (reason == ODE_SINGULAR)
+    if (reason == ODE_SINGULAR && !endings_far(f, rq, r))
         say_stratum(f, r);
     else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
         say_pole(f, false, r);
     else if (reason == ODE_BLOW_UP) {
         if (f->field.lost_pole >= 0)
             say_pole(f, true, r);
-        look_for_stratum(f, rq, r);
+        if (!endings_far(f, rq, r))
+            look_for_stratum(f, rq, r);
     }
 }
 
