@@ -10,15 +10,15 @@
 #include "flow.h"
 #include "jacobian.h"
 #include "kinds.h"
-#include "lin_dense.h"
+#include "mem.h"
 #include "print.h"
+#include "sparse.h"
 #include "system.h"
 #include "trajectory.h"
 
-enum { MOST = 200 };                        /* variables */
 /* Of the size at the start, or the natural one. */
 static const double GROWN = 1e3;
-/* Of the largest singular value: constraints are independent. */
+/* Of a row, what elimination leaves of one that is independent. */
 static const double INDEPENDENT = 1e-3;
 
 /* far[j]: variable j has grown so, and equations themselves determine it. Returns the one that has grown most, or -1. */
@@ -43,31 +43,29 @@ static bool others_regular(struct flow *f, const unsigned char *far)
     struct manifold *m = &f->manifold;
     if (manifold_residual(m, f->field.home_t, f->field.home, NULL, NULL) < 0)
         return false;
-    SGA_ARENA(mem);
-    double *a = sga_zeros(&mem, (size_t)(m->c + 1) * (size_t)f->n, sizeof *a);
+    struct points_row *row = sga_calloc((size_t)m->c + 1, sizeof *row);
     int rows = 0;
     for (int i = 0; i < m->c; i++) {
+        int start = m->jac->start[i], len = m->jac->start[i + 1] - start;
         bool other = true;
-        double big = 0, *row = a + (size_t)rows * (size_t)f->n;
-        for (int k = m->jac->start[i]; k < m->jac->start[i + 1] && other; k++) {
-            int j = m->jac->col[k];
-            other = !far[j];
-            row[j] = m->value[k] * m->unit[j];
-            big = fmax(big, fabs(row[j]));
+        for (int k = 0; k < len; k++)
+            other &= !far[m->jac->col[start + k]];
+        if (!other)
+            continue;
+        struct points_row *r = row + rows++;
+        *r = (struct points_row){ sga_malloc(((size_t)len + 1) * sizeof *r->col), sga_malloc(((size_t)len + 1) * sizeof *r->val), len, len };
+        for (int k = 0; k < len; k++) {
+            r->col[k] = m->jac->col[start + k];
+            r->val[k] = m->value[start + k] * m->unit[r->col[k]];
         }
-        for (int j = 0; j < f->n; j++)
-            row[j] = other && big > 0 ? row[j] / big : 0;
-        rows += other;
     }
-    double *value = sga_take(&mem, ((size_t)rows + 1) * sizeof *value);
-    struct lin_dense dense = { .rows = rows, .cols = f->n, .a = a };
-    return !rows || (rows <= f->n && lin_singular_values(&dense, value) && value[rows - 1] > INDEPENDENT * value[0]);
+    SGA_ENDS(points_lu_clear) struct points_lu lu;
+    points_lu_factor(&lu, row, rows, f->n, INDEPENDENT);
+    return lu.rank == rows;
 }
 
 bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
-    if (f->n > MOST)
-        return false;
     SGA_ARENA(mem);
     unsigned char *far = sga_zeros(&mem, 2 * (size_t)f->n + 1, 1), *kind = far + f->n;
     sys_kinds(f->sys, kind);
