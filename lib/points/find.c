@@ -24,9 +24,10 @@
 enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500 };
 /* How much nearer to the guess the next start is, where one led over a change of branch. */
 static const double NEARER = 0.125;
-/* A place so much farther than all before is one more on the way to infinity, where so many were; nearer than this part of them, it was none. */
-static const double FARTHER = 1.5, BACK = 0.25;
-enum { FARTHER_PLACES = 8 };
+/* A place so much farther than all before is one more on the way to infinity, where so many were, the last of them so far in units; nearer than this
+ * part of them, it was none. */
+static const double FARTHER = 1.5, FAR_OUT = 1e3, BACK = 0.25;
+enum { FARTHER_PLACES = 5 };
 
 uint64_t points_random(uint64_t *state)
 {
@@ -327,7 +328,7 @@ static int newton(struct points_jacobian *j, struct points_point *p, struct poin
             break;
         }
     }
-    p->away = way.places >= FARTHER_PLACES;
+    p->away = way.places >= FARTHER_PLACES && way.far > FAR_OUT;
     if (result == 0 && !basic && last < 1e-4)
         result = -1;
     if (result != 1)
