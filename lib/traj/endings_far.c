@@ -37,31 +37,53 @@ static int grown(const struct flow *f, const double *initial, const unsigned cha
     return which;
 }
 
-/* The constraints on variables that are not far are independent at the end of the motion. */
-static bool others_regular(struct flow *f, const unsigned char *far)
+/* A row of so many entries; those with values are added by entry. */
+static struct points_row row_of(int entries)
 {
+    size_t room = (size_t)entries + 1;
+    return (struct points_row){ .col = sga_malloc(room * sizeof(int)), .val = sga_malloc(room * sizeof(double)), .cap = entries };
+}
+
+static void entry(struct points_row *r, int col, double value)
+{
+    r->col[r->len] = col;
+    r->val[r->len++] = value;
+}
+
+/* The rank at the end of the motion of what is said of the velocities of variables that are not far: by the equations, and by the constraints on these
+ * alone. -1: they have no values there. */
+static int rank_of_others(struct flow *f, const unsigned char *far)
+{
+    struct field *field = &f->field;
     struct manifold *m = &f->manifold;
-    if (manifold_residual(m, f->field.home_t, f->field.home, NULL, NULL) < 0)
-        return false;
-    struct points_row *row = sga_calloc((size_t)m->c + 1, sizeof *row);
+    memcpy(field->in, field->home, (size_t)f->n * sizeof *field->in);
+    field->in[f->n] = field->home_t;
+    if (manifold_residual(m, field->home_t, field->home, NULL, NULL) < 0 || !field_general_values(field))
+        return -1;
+    struct points_row *row = sga_calloc((size_t)(field->rows + m->c) + 1, sizeof *row);
     int rows = 0;
+    for (int i = 0, at = 0; i < field->rows; i++, at++) {     /* a right side after each */
+        const struct sys_row *from = f->sys->row + i;
+        row[rows] = row_of(from->entries);
+        for (int k = 0; k < from->entries; k++, at++)
+            if (!far[from->entry[k].col])
+                entry(row + rows, from->entry[k].col, field->general_out[at] * m->unit[from->entry[k].col]);
+        rows++;
+    }
     for (int i = 0; i < m->c; i++) {
-        int start = m->jac->start[i], len = m->jac->start[i + 1] - start;
         bool other = true;
-        for (int k = 0; k < len; k++)
-            other &= !far[m->jac->col[start + k]];
+        for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++)
+            other &= !far[m->jac->col[k]];
         if (!other)
             continue;
-        struct points_row *r = row + rows++;
-        *r = (struct points_row){ sga_malloc(((size_t)len + 1) * sizeof *r->col), sga_malloc(((size_t)len + 1) * sizeof *r->val), len, len };
-        for (int k = 0; k < len; k++) {
-            r->col[k] = m->jac->col[start + k];
-            r->val[k] = m->value[start + k] * m->unit[r->col[k]];
-        }
+        row[rows] = row_of(m->jac->start[i + 1] - m->jac->start[i]);
+        for (int k = m->jac->start[i]; k < m->jac->start[i + 1]; k++)
+            entry(row + rows, m->jac->col[k], m->value[k] * m->unit[m->jac->col[k]]);
+        rows++;
     }
     SGA_ENDS(points_lu_clear) struct points_lu lu;
     points_lu_factor(&lu, row, rows, f->n, INDEPENDENT);
-    return lu.rank == rows;
+    return lu.rank;
 }
 
 bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_result *r)
@@ -69,8 +91,10 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
     SGA_ARENA(mem);
     unsigned char *far = sga_zeros(&mem, 2 * (size_t)f->n + 1, 1), *kind = far + f->n;
     sys_kinds(f->sys, kind);
-    int which = grown(f, r->initial, kind, far);
-    if (which < 0 || !others_regular(f, far))
+    int which = grown(f, r->initial, kind, far), others = f->field.generic_rank;
+    for (int j = 0; j < f->n; j++)
+        others -= far[j];
+    if (which < 0 || rank_of_others(f, far) < others)
         return false;
     r->ended_reason = "blow_up";
     r->stratum = false;
