@@ -49,6 +49,7 @@ static char folder[64], place[80];
 
 static void suspend(void *connection) { MHD_suspend_connection(connection); }
 static void resume(void *connection) { MHD_resume_connection(connection); }
+static bool left(void *connection) { (void)connection; return false; }      /* nobody waits: --max-wait 0 */
 
 /* Requests are checked by children, which are the same program. */
 __attribute__((constructor)) static void be_child(int argc, char **argv)
@@ -64,7 +65,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
                      "--body-limit", "4096", "--request-timeout", "4", "--send-timeout", "4", "--log-level", "error" };
     char why[512] = "";
     struct service *sv = &service;
-    struct jobs_hooks hooks = { suspend, resume };
+    struct jobs_hooks hooks = { suspend, resume, left };
     (void)argc;
     (void)argv;
     signal(SIGPIPE, SIG_IGN);
