@@ -18,7 +18,7 @@
 
 /* Stages of the two steps that are compared; iterations; lengths. */
 enum { STAGES = 24, FEWER = 19, TURNS = 150, LENGTHS = 6 };
-/* By the sizes of variables: iterations have come to an end; what agrees with double; roundings that are left, which the nearness of the place makes larger. */
+/* By the sizes of variables: iterations have come to an end; what agrees with double, which errs by the tolerances too; roundings that are left, which the nearness of the place makes larger. */
 static const double SETTLED = 1e-30, DOUBLE = 1e-8, GRAIN = 1e-29;
 static const double STILL = 1e-3;                     /* of what the tolerances allow: iterations may leave it, where roundings keep them from settling */
 static const double SHRINK = 0.5, MIDDLE = 0.02;      /* MIDDLE: of half a step, nearer to the place points are not moved onto the constraints */
@@ -201,7 +201,7 @@ bool crossing_fine_find(const struct sys_system *sys, const struct sga_solution 
         f->to = c->at + half;
         memcpy(f->x0, x + (size_t)k * n, n * sizeof *x);
         f->error = collocate(f, c, &fine) && collocate(f, c, &coarse) ? compare(f, c, &fine, &coarse, &from_double) + GRAIN : INFINITY;
-        f->error = from_double <= DOUBLE ? f->error : INFINITY;
+        f->error = from_double <= fmax(DOUBLE, rq->rtol + rq->atol) ? f->error : INFINITY;
     }
     num_radau_free(fewer);
     free(x);

@@ -38,24 +38,21 @@ static void say_stratum(struct flow *f, struct traj_result *r)
     sga_buf_free(&text);
 }
 
-/* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
-static const double NEAR_FALL = 1e-2;
 /* Relative roundings from which on constraints are lost by them, and not by the motion. */
 static const double ROUNDED = 1e-11;
 
-/* What grows without bound may be what a stratum leaves undetermined. */
-static void look_for_stratum(struct flow *f, const struct traj_request *rq, struct traj_result *r)
+/* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. */
+static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
 {
     struct sga_buf text = { 0 };
-    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, false);
-    int rates = pivot < 0 && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, true) : -1;
+    double apart = grows ? FIELD_SOON : ENDINGS_NEAR;
+    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, false);
+    int rates = pivot < 0 && grows && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, true) : -1;
     size_t before = strlen(r->ended_detail);
     if (rates >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[rates], 120, &text))
         snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text.data);
     else if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
-        double zero = field_zero_ahead(&f->field, pivot), back = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
-        if (fabs(zero - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start) && (!r->rows || back * (zero - r->t[r->rows - 1]) >= 0))
-            r->ended_t = zero;
+        endings_at_zero(f, rq, pivot, r);
         r->ended_reason = "stratum";
         r->stratum = true;
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
@@ -150,7 +147,7 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
 {
     if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN) && (say_undecided(f, rq, r) || say_impulse(f, r)))
         return;
-    if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= NEAR_FALL * fabs(r->ended_t - rq->start)) {
+    if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= ENDINGS_NEAR * fabs(r->ended_t - rq->start)) {
         f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */
         field_fall_refine(&f->field);
         r->ended_t = f->field.fell_t;
@@ -166,15 +163,18 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         return;
     if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
         return;
-    if (reason == ODE_SINGULAR && !endings_far(f, rq, r))
-        say_stratum(f, r);
-    else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
+    if (reason == ODE_SINGULAR) {
+        if (!endings_far(f, rq, r) && !endings_steep(f, rq, r))
+            say_stratum(f, r);
+    } else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
         say_pole(f, false, r);
+    else if (reason == ODE_LEFT_DOMAIN || reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH)
+        look_for_stratum(f, rq, false, r);
     else if (reason == ODE_BLOW_UP) {
         if (f->field.lost_pole >= 0)
             say_pole(f, true, r);
         if (!endings_far(f, rq, r))
-            look_for_stratum(f, rq, r);
+            look_for_stratum(f, rq, true, r);
     }
 }
 

@@ -86,6 +86,13 @@ static int rank_of_others(struct flow *f, const unsigned char *far)
     return lu.rank;
 }
 
+void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r)
+{
+    double zero = field_zero_ahead(&f->field, pivot), back = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+    if (fabs(zero - r->ended_t) <= ENDINGS_NEAR * fabs(r->ended_t - rq->start) && (!r->rows || back * (zero - r->t[r->rows - 1]) >= 0))
+        r->ended_t = zero;
+}
+
 bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
     SGA_ARENA(mem);
@@ -101,10 +108,50 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s grows without bound (%.3g at the last point)",
              f->sys->store->symbol[f->sys->variable[which].symbol].name, f->field.home[which]);
     struct sga_buf zero = { 0 };
-    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, false);
+    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false);
     size_t before = strlen(r->ended_detail);
+    if (pivot >= 0)
+        endings_at_zero(f, rq, pivot, r);
     if (pivot >= 0 && expr_print(f->sys->store, f->field.pivot_expr[pivot], 120, &zero))
         snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while %s tends to 0", zero.data);
     sga_buf_free(&zero);
+    return true;
+}
+
+/* Of what it was at the start: pivots above this are away from 0. */
+static const double AWAY = 1e-2;
+/* The velocity at the end, times the way made, beside the size. */
+static const double STEEP = 1e3;
+
+/* No pivot that can be 0 has come near it. */
+static bool pivots_away(const struct field *f)
+{
+    bool away = true;
+    for (int q = f->sides; q < f->chosen && away; q++)
+        away = fabs(f->direct_out[f->n + q]) > AWAY * f->pivot_start[q];
+    return away;
+}
+
+bool endings_steep(struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct field *field = &f->field;
+    SGA_ARENA(mem);
+    double *v = sga_zeros(&mem, 2 * (size_t)f->n + 1, sizeof *v), *home = v + f->n, way = fabs(r->ended_t - rq->start), most = STEEP;
+    int which = -1;
+    sga_copy(home, field->home, f->n);
+    if (field->contradiction || !field->fast || !field_eval(field, field->home_t, home, v) || !pivots_away(field))
+        return false;
+    for (int j = 0; j < f->n; j++) {
+        double by = fabs(v[j]) * way / fmax(fmax(fabs(home[j]), fabs(r->initial[j])), f->manifold.unit[j]);
+        if (by > most) {
+            most = by;
+            which = j;
+        }
+    }
+    if (which < 0)
+        return false;
+    r->ended_reason = "blow_up";
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the derivative of %s grows without bound (%.3g at the last point), while nothing that the equations divide by comes to 0",
+             f->sys->store->symbol[f->sys->variable[which].symbol].name, v[which]);
     return true;
 }

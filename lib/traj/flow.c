@@ -393,7 +393,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .taylor = f->field.fast ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL,
-                                 .taken = watched ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.chosen && !f->field.whole ? along : NULL,
+                                 .taken = watched || (f->manifold.c && !f->field.whole) ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.chosen && !f->field.whole ? along : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .turned = f->turn ? variation_turned : NULL,
                                  .piece = f->inputs->piece, .pieces = f->inputs->count,

@@ -118,6 +118,10 @@ static bool put_on_set(struct precise_march *m)
         }
         if (!ok)
             memcpy(q->x, old, n * sizeof *old);
+        for (size_t j = 0; j < n && !ok; j++)
+            m->xd[j] = old[j].hi;
+        if (!ok && manifold_residual(&f->manifold, q->t.hi, m->xd, NULL, NULL) >= 0)      /* they have values, and none of the points is near */
+            why = ODE_CONSTRAINT_LOST;
     }
     m->why = ok ? m->why : why;
     free(old);

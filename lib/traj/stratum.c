@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "derive.h"
+#include "facts.h"
 #include "field.h"
 #include "mem.h"
 #include "signal.h"
@@ -19,7 +20,7 @@ static const double GROWN = 1e3;
 static const struct { double shrunk, soon; } near_zero[] = { { 1e-4, 1e-3 }, { 1, 1e-5 } };
 
 /* Zeros of higher order fall early, and are told by where they are. */
-static const double SMALL_THERE = 1e-2, SOON_THERE = 1e-3, LARGE_THERE = 10, AS_POLE = 0.3;
+static const double SMALL_THERE = 1e-2, LARGE_THERE = 10, AS_POLE = 0.3;
 
 /* By a line and by a parabola, of the way there. */
 static const double ALIKE = 0.05;
@@ -143,7 +144,17 @@ static bool rises(const struct field *f, const double *start, const double *v, d
     return any;
 }
 
-int field_approaches(struct field *f, const double *start, double start_t, double end_t, bool choice)
+/* What is never 0 tends to 0 only as something grows without bound. */
+static bool may_vanish(const struct field *f, expr_id p)
+{
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    bool may = !(expr_facts_of(&facts, f->sys->store, p) & EXPR_NONZERO);
+    expr_facts_clear(&facts);
+    return may;
+}
+
+int field_approaches(struct field *f, const double *start, double start_t, double end_t, double apart, bool choice)
 {
     int found = -1, n = f->n;
     double passed = end_t - start_t, *v = sga_calloc((size_t)n + 1, sizeof *v), p[2];
@@ -157,7 +168,7 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
     double soonest = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
     for (int q = choice ? f->chosen : 0; q < (choice ? f->pivots : f->chosen) && moves; q++) {
         expr_id e = f->pivot_expr[q];
-        if (!stays_finite(f, e, grown) || !along(f, e, f->here_t, x, v, p) || p[1] == 0)
+        if (!stays_finite(f, e, grown) || !may_vanish(f, e) || !along(f, e, f->here_t, x, v, p) || p[1] == 0)
             continue;
         double left = -p[0] / p[1] / passed;
         bool near = p[0] == 0;
@@ -165,7 +176,7 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
             near |= left < near_zero[k].soon && fabs(p[0]) <= near_zero[k].shrunk * f->pivot_start[q];
         if (!near && left > 0 && fabs(p[0]) <= SMALL_THERE * f->pivot_start[q]) {
             double zero = field_zero_ahead(f, q);
-            near = fabs(zero - end_t) <= SOON_THERE * fabs(passed) && rises(f, start, v, zero - f->here_t);
+            near = fabs(zero - end_t) <= apart * fabs(passed) && rises(f, start, v, zero - f->here_t);
         }
         if (near && left < soonest) {
             soonest = left;
