@@ -20,6 +20,8 @@ enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };     /* events, and number
 static const double TOLD = 16 * DBL_EPSILON, SAME_TIME = 1e-13;
 /* Of a variable's size: where jumps of functions are looked for around an event's place. */
 static const double PLACE = 1e-4;
+/* Of a step: for a function's slope. Of times: what need not be mended. */
+static const double ASIDE = 1e-3, ROUNDED = 8 * DBL_EPSILON;
 /* Where steps have erred by less than is allowed (straight motions), so may a touch: times the sum of their errors. */
 static const double ERRORS = 4;
 
@@ -267,23 +269,59 @@ static int by_theta(const void *a, const void *b)
     return p->theta != q->theta ? (p->theta > q->theta) - (p->theta < q->theta) : p->event - q->event;
 }
 
+/* How fast the function passes 0 there. */
+static double slope_at(struct ode_march *m, const struct place *p)
+{
+    double from = fmax(p->theta - ASIDE, 0), to = fmin(p->theta + ASIDE, 1);
+    double slope = p->crossing ? (value_at(m, p->event, to) - value_at(m, p->event, from)) / ((to - from) * m->step.h) : 0;
+    return isfinite(slope) ? slope : 0;
+}
+
+/* The motion's point at a place of the step, on the constraints; its time. */
+static bool point_at(struct ode_march *m, double theta, double *t, double *x)
+{
+    double residual;
+    *t = theta >= 1 ? m->t1 : m->t + (theta * m->step.h + m->t_low);
+    if (theta >= 1) {
+        memcpy(x, m->x1, (size_t)m->p->n * sizeof *x);
+        return true;
+    }
+    m->method->dense_at(m->state, &m->step, theta, x);
+    return ode_settle(m, *t, x, SAMPLE_MOST, &residual);
+}
+
+/* The polynomial of a step lies beside the constraints, by more than its ends do: where a point of it was moved onto these, the function is 0 a little before or
+ * after. */
+static void polish(struct ode_march *m, int event, double slope, double theta, double *t, double *x)
+{
+    enum { TURNS = 3 };
+    double *y = m->watch->y, u = theta, at;
+    for (int turn = 0; turn < TURNS && m->p->project && slope != 0 && theta < 1; turn++) {
+        double by = -values(m, *t, x)[event] / (slope * m->step.h);
+        u += by;
+        if (!(fabs(by * m->step.h) > ROUNDED * fmax(fabs(m->t), fabs(m->t1))) || !(fabs(u - theta) < ASIDE) || !(u > 0 && u < 1) || !point_at(m, u, &at, y))
+            return;
+        *t = at;
+        memcpy(x, y, (size_t)m->p->n * sizeof *x);
+    }
+}
+
 static bool deliver(struct ode_march *m, const struct place *p)
 {
     struct ode_result *r = m->res;
     size_t n = (size_t)m->p->n, at = (size_t)r->happened;
-    double residual, t = p->theta >= 1 ? m->t1 : m->t + (p->theta * m->step.h + m->t_low);
+    double t, slope = slope_at(m, p);
     if ((at & (at + 1)) == 0) {        /* room for powers of 2 */
         r->happening = sga_realloc(r->happening, 2 * (at + 1) * sizeof *r->happening);
         r->happened_x = sga_realloc(r->happened_x, 2 * (at + 1) * (n + 1) * sizeof *r->happened_x);
     }
     double *x = r->happened_x + at * n;
-    if (p->theta >= 1)
-        memcpy(x, m->x1, n * sizeof *x);
-    else
-        m->method->dense_at(m->state, &m->step, p->theta, x);
-    if (p->theta < 1 && !ode_settle(m, t, x, SAMPLE_MOST, &residual))
+    if (!point_at(m, p->theta, &t, x))
         return false;
-    r->happening[r->happened++] = (struct ode_happening){ p->event, p->crossing, t, INFINITY };
+    polish(m, p->event, slope, p->theta, &t, x);
+    if (at && (t - r->happening[at - 1].t) * m->direction < 0)        /* at once */
+        t = r->happening[at - 1].t;
+    r->happening[r->happened++] = (struct ode_happening){ p->event, p->crossing, t, INFINITY, slope };
     return true;
 }
 

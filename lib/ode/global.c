@@ -116,15 +116,38 @@ static double difference(const struct ode_result *a, const struct ode_result *b,
     return i >= 0 && i < a->happened ? fabs(a->happening[i].t - b->happening[of[i]].t) : 0;
 }
 
-/* Of the times of events. A difference can pass through 0 here too. A touch has no time as sharp as the tolerances. */
+/* What the solutions differ by at sample k, as a difference of the time of event i: its function has that slope. */
+static double difference_beside(const struct ode_run *run, const struct ode_result *a, const struct ode_result *b, int i, int k, double *g)
+{
+    const struct ode_happening *h = a->happening + i;
+    size_t n = (size_t)a->n;
+    if (h->slope == 0 || k < 0 || k >= a->count || k >= b->count)
+        return 0;
+    SGA_FREED double *y = sga_malloc((n + 1) * sizeof *y);
+    const double *x = a->happened_x + (size_t)i * n;
+    run->p->event(run->p->ctx, h->t, x, g);
+    double at = g[h->event];
+    for (size_t j = 0; j < n; j++)
+        y[j] = x[j] + (a->samples[(size_t)k * n + j] - b->samples[(size_t)k * n + j]);
+    run->p->event(run->p->ctx, h->t, y, g);
+    double off = fabs((g[h->event] - at) / h->slope);
+    return isfinite(off) ? off : 0;
+}
+
+/* Of the times of events. A difference can pass through 0 here too: what is beside are other events, and samples. A touch has no time as sharp as the
+ * tolerances. */
 static void event_errors(const struct ode_run *run, double factor, struct ode_result *res, const struct ode_result *other, const int *of)
 {
     const struct sga_tolerance asked = { run->o.rtol, run->o.atol };
-    double time_unit = run->o.time_unit > 0 ? run->o.time_unit : 1;
-    for (int i = 0; i < res->happened && of; i++) {
+    double time_unit = run->o.time_unit > 0 ? run->o.time_unit : 1, direction = run->start->count && run->start->times[run->start->count - 1] < run->start->t ? -1 : 1;
+    SGA_FREED double *g = sga_malloc(((size_t)run->p->events + 1) * sizeof *g);
+    for (int i = 0, k = 0; i < res->happened && of; i++) {
         struct ode_happening *h = res->happening + i;
+        while (k < res->count && direction * (run->start->times[k] - h->t) <= 0)
+            k++;
         double size = fmax(fabs(h->t), fabs(h->t - run->start->t));
         double raw = difference(res, other, of, i), near = fmax(difference(res, other, of, i - 1), difference(res, other, of, i + 1));
+        near = fmax(near, fmax(difference_beside(run, res, other, i, k - 1, g), difference_beside(run, res, other, i, k, g)));
         h->error = factor * fmax(raw, fmin(near, ODE_NEIGHBOUR * raw)) + 4 * DBL_EPSILON * fmax(size, res->stats.largest_step);
         if (h->crossing)
             res->worst = fmax(res->worst, sga_error_ratio(h->error, asked, time_unit, size));

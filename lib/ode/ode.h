@@ -62,6 +62,7 @@ struct ode_happening {
     int crossing;              /* +1, -1 as above; 0: touched */
     double t;
     double error;              /* estimated, of t; INFINITY where not known */
+    double slope;              /* of the function along the motion where it passes 0; 0: not known */
 };
 
 /* The problem. Callbacks must be deterministic and may be asked outside the region of
