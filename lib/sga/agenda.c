@@ -102,6 +102,10 @@ enum { ANY = 6, IDLE = 1 };
  * come after all others, of longer rows too. */
 enum { FAINT_FREE = 3, FAINT_BIT = 2, FAINT = 9, LAST = 1000000 };
 
+/* Of so few rows that what they fill does not matter: entries that may vanish come after all that do not, of longer rows too. What is divided by vanishes
+ * somewhere, and there a row that has nothing to be divided by says what another, made by a division, does not. */
+enum { FEW_ROWS = 24, MAY_VANISH = 1000 };
+
 /* Constants first, then what never vanishes, then parameters, then the rest. */
 static int kind_of(const struct ech_context *c, expr_id e)
 {
@@ -178,7 +182,7 @@ static void look_at_row(struct agenda *a, int i, struct choice *best)
         int kind = kind_of(c, entry.value);
         double score = fill + 2 * kind - 1e-3 * fmin(200, fmax(-200, size));
         if (kind == ANY)
-            score += faint_cost(a, entry.value);
+            score += faint_cost(a, entry.value) + (a->rows <= FEW_ROWS ? MAY_VANISH : 0);
         if (score < best->score && !(size < least && expr_is_const(c->st, entry.value)))
             *best = (struct choice){ score, i, k };
     }
@@ -187,19 +191,19 @@ static void look_at_row(struct agenda *a, int i, struct choice *best)
 bool agenda_choose(struct agenda *a, int *out_row, int *out_at)
 {
     enum { ROWS = 6 };
-    const bool near = a->c->near_pivots;
-    const double late = near ? LAST : INFINITY;      /* from here on entries are taken where there are no others */
+    const bool near = a->c->near_pivots, all = near || a->rows <= FEW_ROWS;      /* longer rows are looked at, too */
+    const double late = a->rows <= FEW_ROWS ? MAY_VANISH : near ? LAST : INFINITY;      /* from here on entries are taken where there are no others */
     int seen = 0, shortest = -1;
     struct choice best = { INFINITY, -1, -1 };
     for (int len = a->lowest; len <= a->cols && best.score >= late; len++) {
         struct shortest s = { a->bucket_len[len], a->bucket_len[len], a->bucket_len[len] };
-        a->lowest = near && shortest >= 0 ? shortest : len + 1;
+        a->lowest = all && shortest >= 0 ? shortest : len + 1;
         while (best.score >= late || seen < ROWS) {
             int i = next_row(a, len, &s);
             if (i < 0)
                 break;
             shortest = shortest < 0 ? len : shortest;
-            a->lowest = near ? shortest : len;
+            a->lowest = all ? shortest : len;
             seen++;
             if (len == 0) {
                 best = (struct choice){ -INFINITY, i, -1 };
@@ -211,7 +215,7 @@ bool agenda_choose(struct agenda *a, int *out_row, int *out_at)
     }
     *out_row = best.row;
     *out_at = best.at;
-    return best.row >= 0 && !(near && a->c->wait && best.score >= late);
+    return best.row >= 0 && !(near && a->c->wait && best.score >= LAST);
 }
 
 /* Where every row that is left is long, the rest is a dense block. Blocks of numbers are

@@ -54,27 +54,34 @@ static long *power_of(struct powers *p, expr_id factor)
     return &p->at[p->count++].power;
 }
 
-/* The denominator of e joins the common one (or, `less`, what is there is divided by it). False: over budget. */
-static bool denominator(struct state *s, expr_id e, const struct poly_limits *limits, bool less, struct powers *p)
+/* From so many nodes on a combination may be made of sums that cancel: its normal form takes its place where it is smaller by this much. */
+enum { SWOLLEN = 20, SMALLER = 2 };
+
+static int size_of(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    return s->cone.count;
+}
+
+/* The denominator of e joins the common one, with factors that vanish nowhere if `all`. False: over budget. */
+static bool denominator(struct state *s, expr_id e, const struct poly_limits *limits, bool all, struct powers *p)
 {
     SGA_ENDS(poly_factors_clear) struct poly_factors f = { 0 };
     if (!poly_denominator_factors(s->st, e, limits, &f))
         return false;
     for (int i = 0; i < f.factors; i++) {
         const struct poly_factor *q = f.factor + i;
-        if (q->never_zero || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
+        if ((q->never_zero && !all) || !(q->depends & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME)))
             continue;
         long *power = power_of(p, q->expr);
-        if (less)
-            *power -= q->multiplicity;
-        else if (q->multiplicity > *power)
+        if (q->multiplicity > *power)
             *power = q->multiplicity;
     }
     return true;
 }
 
-/* What a vector without common factors says more: a product, 1 where that is nothing. False: over budget. */
-static bool missing(struct state *s, const struct candidate *c, const struct poly_limits *limits, expr_id *product)
+/* The common denominator of the vector, of full length and without common factors when multiplied by it. False: over budget. */
+static bool common_denominator(struct state *s, const struct candidate *c, const struct poly_limits *limits, bool all, expr_id *product)
 {
     struct powers p = { 0 };
     SGA_FREED struct sga_part *part = NULL;
@@ -82,29 +89,47 @@ static bool missing(struct state *s, const struct candidate *c, const struct pol
     state_combine(s, c, &part, &parts);
     bool ok = expr_store_ok(s->st);
     for (int i = 0; i < parts && ok; i++)
-        ok = denominator(s, part[i].factor, limits, false, &p) && sga_budget_ok(s->options->budget, NULL);
-    ok = ok && denominator(s, c->expr, limits, true, &p);
+        ok = denominator(s, part[i].factor, limits, all, &p) && sga_budget_ok(s->options->budget, NULL);
     *product = expr_int(s->st, 1);
     for (int i = 0; i < p.count && ok; i++)
-        if (p.at[i].power > 0)
-            *product = expr_mul(s->st, *product, expr_powi(s->st, p.at[i].factor, p.at[i].power));
+        *product = expr_mul(s->st, *product, expr_powi(s->st, p.at[i].factor, p.at[i].power));
     free(p.at);
     return ok;
+}
+
+/* Where sums in c cancel: what is left of them, if that is so much smaller. */
+static void shrink(struct state *s, struct candidate *c, const struct poly_limits *limits)
+{
+    int size = size_of(s, c->expr);
+    expr_id common, whole;
+    if (size < SWOLLEN || !common_denominator(s, c, limits, true, &common)
+        || !poly_normal(s->st, expr_mul(s->st, common, c->expr), limits, &whole) || SMALLER * size_of(s, whole) > size)
+        return;
+    c->expr = c->base = whole;
+    c->order = 0;
+    if (!expr_is_one(s->st, common))
+        c->times = common;
 }
 
 void primitive_candidate(struct state *s, struct candidate *c)
 {
     struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
-    expr_id product, whole;
-    if (!c->ops || s->ech.blocks || !divided(s, c))
+    expr_id common, whole;
+    if (!c->ops || s->ech.blocks)
         return;
+    bool may = divided(s, c);
     if (s->sys->variables > SGA_MOST_LOST_PARTS_VARIABLES) {
-        sga_limit_met(s->options->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
+        if (may)
+            sga_limit_met(s->options->budget, SGA_LIMIT_LOST_PARTS_VARIABLES);
         return;
     }
-    if (!missing(s, c, &limits, &product) || !poly_normal(s->st, expr_mul(s->st, product, c->expr), &limits, &whole))
+    if (!may) {
+        shrink(s, c, &limits);
         return;
-    if (expr_is_one(s->st, product)) {
+    }
+    if (!common_denominator(s, c, &limits, false, &common) || !poly_normal(s->st, expr_mul(s->st, common, c->expr), &limits, &whole))
+        return;
+    if (expr_is_one(s->st, common)) {
         SGA_ENDS(poly_factors_clear) struct poly_factors f = { 0 };      /* poles that cancel are none of the constraint */
         if (!poly_denominator_factors(s->st, c->expr, &limits, &f))
             return;
@@ -115,5 +140,5 @@ void primitive_candidate(struct state *s, struct candidate *c)
     }
     c->expr = c->base = whole;
     c->order = 0;
-    c->times = product;
+    c->times = common;
 }

@@ -137,7 +137,7 @@ static bool has_root(const struct expr_store *st, expr_id e)
     expr_cone_of(st, &cone, &e, 1);
     for (int k = 0; k < cone.count && !has; k++) {
         has = expr_op_traits(expr_op_of(st, cone.list[k])) & EXPR_IS_STEEP && !(expr_facts_of(&facts, st, st->node[cone.list[k]].a) & EXPR_NONZERO)
-              && expr_facts_of(&facts, st, cone.list[k]) & (EXPR_HAS_VARIABLE | EXPR_HAS_TIME);
+              && expr_facts_of(&facts, st, st->node[cone.list[k]].a) & EXPR_HAS_VARIABLE;
     }
     expr_facts_clear(&facts);
     expr_cone_clear(&cone);
