@@ -8,7 +8,22 @@
 #include "regular_shape.h"
 #include "warnings.h"
 
-/* The form of e with the constraints used up, where that says more; KEEP where it does not. */
+/* From so many nodes on what is left with the constraints used up takes a function's place where it is smaller by this much: else its derivatives swell. */
+enum { LARGE = 40, SMALLER = 2 };
+
+static int size_of(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    return s->cone.count;
+}
+
+static bool much_smaller(struct state *s, expr_id a, expr_id e)
+{
+    int size = size_of(s, e);
+    return size >= LARGE && SMALLER * size_of(s, a) <= size;
+}
+
+/* The form of e with the constraints used up, where that says more, or the same in much shorter; KEEP where it does not. */
 static struct regular form_on_set(struct state *s, expr_id e)
 {
     struct regular keep = { .answer = REGULAR_KEEP };
@@ -19,8 +34,8 @@ static struct regular form_on_set(struct state *s, expr_id e)
         return keep;
     struct regular q = regular_alone(s, reduced);
     bool one = q.options == 1 && q.option[0].count == 1, poles = regular_has_poles(s, e);
-    if (one && !poles && regular_same_zeros(s, reduced, q.option[0].out[0]))
-        q.answer = REGULAR_KEEP;          /* it says no more than e, and may be far longer */
+    if (one && !poles && regular_same_zeros(s, reduced, q.option[0].out[0]))        /* it says no more than e, and may be far longer */
+        q.answer = much_smaller(s, q.option[0].out[0], e) ? REGULAR_REPLACED : REGULAR_KEEP;
     if (q.answer == REGULAR_KEEP && poles && !regular_has_poles(s, reduced))
         q.answer = REGULAR_REPLACED;
     q.reduced = q.answer != REGULAR_KEEP;

@@ -213,7 +213,11 @@ void charts_begin(struct flow *f)
 double charts_lost(struct flow *f)
 {
     struct charts *q = f->charts;
-    return q && !q->stop && f->field.fast ? charts_noise(&q->chart[q->at].exact, &f->field, &f->manifold, f->field.home_t, f->field.home) : 0;
+    struct charts_exact own = { 0 }, *e = q ? &q->chart[q->at].exact : &own;
+    bool known = f->field.fast && f->field.plain && (q ? !q->stop : f->manifold.c > 0);
+    double lost = known ? charts_noise(e, &f->field, &f->manifold, f->field.home_t, f->field.home) : 0;
+    charts_exact_clear(&own);
+    return lost;
 }
 
 char *charts_pivot(struct flow *f, const struct charts_change *c)
