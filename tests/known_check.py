@@ -19,6 +19,7 @@ T, P, P_VALUE = sp.Symbol("t"), sp.Symbol("p"), sp.Rational(3, 2)
 KINDS = ["double"] * 3 + ["events"] * 3 + ["sensitivities", "double-double", "ball"]
 ROUNDINGS = {"double-double": 1e-30, "ball": 1e-30}
 STOP = {"ball": 1}
+MOST_STEPS = 20000      # of motions that are smooth over the time that they take; most need some dozens
 AXIS = 400      # places where an event's function is looked at for its zeros
 
 
@@ -165,6 +166,7 @@ class Check:
         motion = answer["trajectory"]
         if not check(motion["ended"] is None, f"{label}: it ends", f"{motion['ended']}: {said}"):
             return
+        check(answer["work"].get("steps", 0) <= MOST_STEPS, f"{label}: steps", f"{answer['work']}: {said}")
         check(motion["accuracy_reached"], f"{label}: accuracy", f"{motion.get('accuracy_shortfall')}: {said}")
         for x, value, true, estimate in zip(motion["columns"][1:], motion["rows"][-1][1:], truth, motion["column_errors"]):
             self.number(f"{label}: {x} of {said}", value, true, estimate, rounding)

@@ -14,6 +14,9 @@
 
 enum { PLACES = 6 };
 static const double BESIDE = 1e-3;     /* of the variables: roundings differ from place to place */
+/* Of the largest velocity, in natural units: one that is smaller here need not be elsewhere (a cosine begins with none), and what it is wrong by is no part of
+ * it then. And what no field is wrong by on purpose, a part of it. */
+static const double SMALL = 1e-3, MOST = 1e-3;
 
 /* Raises size and miss (n each) to |X_j| and to how far it is wrong, at x. */
 static void look(struct flow *f, struct num_jet2 *exact, double t, const double *x, double *v, double *size, double *miss)
@@ -25,11 +28,12 @@ static void look(struct flow *f, struct num_jet2 *exact, double t, const double 
     field_load(q, t, x);
     if (!num_tape_eval(q->plain, q->in, v) || !num_jet2_next(exact, 0))
         return;
+    double least = SMALL * field_size(q, v);
     for (int j = 0; j < f->n; j++) {
         num_dd d = num_dd_add_d(num_jet2_root(exact, j)[0], -v[j]);
         if (!num_dd_finite(d))
             continue;
-        size[j] = fmax(size[j], fabs(v[j]));
+        size[j] = fmax(size[j], fmax(fabs(v[j]), least * (q->unit ? q->unit[j] : 1)));
         miss[j] = fmax(miss[j], fabs(d.hi));
     }
 }
@@ -45,7 +49,7 @@ static void measure(struct flow *f, double t, const double *x, double *noise)
         look(f, exact, t, place, v, size, miss);
     }
     for (int j = 0; j < n; j++)
-        noise[j] = size[j] > 0 ? fmax(1, miss[j] / (DBL_EPSILON * size[j])) : 1;
+        noise[j] = size[j] > 0 ? fmax(1, fmin(miss[j] / size[j], MOST) / DBL_EPSILON) : 1;
     free(place);
     num_jet2_free(exact);
 }
