@@ -16,7 +16,7 @@ enum { PLACES = 6 };
 static const double BESIDE = 1e-3;     /* of the variables: roundings differ from place to place */
 /* Of the largest velocity, in natural units: one that is smaller here need not be elsewhere (a cosine begins with none), and what it is wrong by is no part of
  * it then. And what no field is wrong by on purpose, a part of it. */
-static const double SMALL = 1e-3, MOST = 1e-3;
+static const double SMALL = 1e-3, A_PART = 1e-3;
 
 /* Raises size and miss (n each) to |X_j| and to how far it is wrong, at x. */
 static void look(struct flow *f, struct num_jet2 *exact, double t, const double *x, double *v, double *size, double *miss)
@@ -49,7 +49,7 @@ static void measure(struct flow *f, double t, const double *x, double *noise)
         look(f, exact, t, place, v, size, miss);
     }
     for (int j = 0; j < n; j++)
-        noise[j] = size[j] > 0 ? fmax(1, fmin(miss[j] / size[j], MOST) / DBL_EPSILON) : 1;
+        noise[j] = size[j] > 0 ? fmax(1, fmin(miss[j] / size[j], A_PART) / DBL_EPSILON) : 1;
     free(place);
     num_jet2_free(exact);
 }
