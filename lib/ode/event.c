@@ -20,8 +20,8 @@ enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };     /* events, and number
 static const double TOLD = 16 * DBL_EPSILON, SAME_TIME = 1e-13;
 /* Of a variable's size: where jumps of functions are looked for around an event's place. */
 static const double PLACE = 1e-4;
-/* Of a step: for a function's slope. Of times: what need not be mended. */
-static const double ASIDE = 1e-3, ROUNDED = 8 * DBL_EPSILON;
+/* Of a step: for a function's slope, which is one where it is so much alike on both sides. Of times: what need not be mended. */
+static const double ASIDE = 1e-3, ALIKE = 4, ROUNDED = 8 * DBL_EPSILON;
 /* Where steps have erred by less than is allowed (straight motions), so may a touch: times the sum of their errors. */
 static const double ERRORS = 4;
 
@@ -269,12 +269,16 @@ static int by_theta(const void *a, const void *b)
     return p->theta != q->theta ? (p->theta > q->theta) - (p->theta < q->theta) : p->event - q->event;
 }
 
-/* How fast the function passes 0 there. */
+/* How fast the function passes 0 there; 0 where it does not pass it as a line does, or jumps. */
 static double slope_at(struct ode_march *m, const struct place *p)
 {
     double from = fmax(p->theta - ASIDE, 0), to = fmin(p->theta + ASIDE, 1);
-    double slope = p->crossing ? (value_at(m, p->event, to) - value_at(m, p->event, from)) / ((to - from) * m->step.h) : 0;
-    return isfinite(slope) ? slope : 0;
+    if (!p->crossing || !(from < p->theta && p->theta < to))
+        return 0;
+    double at = value_at(m, p->event, p->theta);
+    double left = (at - value_at(m, p->event, from)) / (p->theta - from), right = (value_at(m, p->event, to) - at) / (to - p->theta);
+    bool line = left * right > 0 && fabs(left) < ALIKE * fabs(right) && fabs(right) < ALIKE * fabs(left);
+    return line && isfinite(left + right) ? 0.5 * (left + right) / m->step.h : 0;
 }
 
 /* The motion's point at a place of the step, on the constraints; its time. */
