@@ -125,13 +125,16 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
                       "stratum, where the motion is not determined, or too near to one; start elsewhere", rank, f->rank);
     } else {
         double size = field_size(f, v), worst = field_rows_miss(f, v, &bad);
-        if (f->fast && worst > 1e-9 * size && field_general(f, v, &rank) && rank == f->rank) {
+        bool asked = !f->rates && f->n <= ROWS_ASKED;
+        /* a row of nothing but roundings (x E2 added to E1, at x = 0) says nothing against the expressions, and much that is wrong where it is solved */
+        bool rounded = worst > 1e-9 * size && f->fast && asked && field_rows_rounded(f, v, 1e-9 * size);
+        if (f->fast && worst > 1e-9 * size && !rounded && field_general(f, v, &rank) && rank == f->rank) {
             f->fast = false;      /* the expressions lose digits here: solve the rows instead */
             if (f->choice.field)
                 f->choice.why = "the expressions lose digits at the start";
             worst = field_rows_miss(f, v, &bad);
         }
-        ok = worst <= 1e-7 * size || (!f->rates && f->n <= ROWS_ASKED && field_rows_rounded(f, v, 1e-7 * size));
+        ok = rounded || worst <= 1e-7 * size || (asked && field_rows_rounded(f, v, 1e-7 * size));
         if (!ok && f->rates)
             refuse_rates(f, bad, worst, err);
         else if (!ok)
