@@ -93,6 +93,12 @@ unsigned state_facts(struct state *s, expr_id e)
     return expr_facts_of(s->facts, s->st, e);
 }
 
+int state_size(struct state *s, expr_id e)
+{
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    return s->cone.count;
+}
+
 bool state_locally_constant(struct state *s, expr_id e)
 {
     int c = s->sol->constraints, n = s->sys->variables;

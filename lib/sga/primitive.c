@@ -57,12 +57,6 @@ static long *power_of(struct powers *p, expr_id factor)
 /* From so many nodes on a combination may be made of sums that cancel: its normal form takes its place where it is smaller by this much. */
 enum { SWOLLEN = 20, SMALLER = 2 };
 
-static int size_of(struct state *s, expr_id e)
-{
-    expr_cone_of(s->st, &s->cone, &e, 1);
-    return s->cone.count;
-}
-
 /* The denominator of e joins the common one, with factors that vanish nowhere if `all`. False: over budget. */
 static bool denominator(struct state *s, expr_id e, const struct poly_limits *limits, bool all, struct powers *p)
 {
@@ -100,10 +94,10 @@ static bool common_denominator(struct state *s, const struct candidate *c, const
 /* Where sums in c cancel: what is left of them, if that is so much smaller. */
 static void shrink(struct state *s, struct candidate *c, const struct poly_limits *limits)
 {
-    int size = size_of(s, c->expr);
+    int size = state_size(s, c->expr);
     expr_id common, whole;
     if (size < SWOLLEN || !common_denominator(s, c, limits, true, &common)
-        || !poly_normal(s->st, expr_mul(s->st, common, c->expr), limits, &whole) || SMALLER * size_of(s, whole) > size)
+        || !poly_normal(s->st, expr_mul(s->st, common, c->expr), limits, &whole) || SMALLER * state_size(s, whole) > size)
         return;
     c->expr = c->base = whole;
     c->order = 0;

@@ -11,16 +11,10 @@
 /* From so many nodes on what is left with the constraints used up takes a function's place where it is smaller by this much: else its derivatives swell. */
 enum { LARGE = 40, SMALLER = 2 };
 
-static int size_of(struct state *s, expr_id e)
-{
-    expr_cone_of(s->st, &s->cone, &e, 1);
-    return s->cone.count;
-}
-
 static bool much_smaller(struct state *s, expr_id a, expr_id e)
 {
-    int size = size_of(s, e);
-    return size >= LARGE && SMALLER * size_of(s, a) <= size;
+    int size = state_size(s, e);
+    return size >= LARGE && SMALLER * state_size(s, a) <= size;
 }
 
 /* The form of e with the constraints used up, where that says more, or the same in much shorter; KEEP where it does not. */

@@ -135,6 +135,8 @@ void state_clear_waiting(struct state *s);
 void state_activate(struct state *s);
 /* What holds of e by its shape: expr_facts_of. */
 unsigned state_facts(struct state *s, expr_id e);
+/* How many nodes of the store it is made of. Costs as many. */
+int state_size(struct state *s, expr_id e);
 
 /* The combination of rows and tangencies behind a row: its own source once, and what its
  * operations brought in. */
