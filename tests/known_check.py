@@ -118,7 +118,7 @@ def zeros(f, level, stop):
 
 class Check:
     def __init__(self, tally, solver):
-        self.tally, self.solver, self.numbers, self.held = tally, solver, 0, 0
+        self.tally, self.solver, self.numbers, self.held, self.asked = tally, solver, 0, 0, 0
 
     def number(self, label, value, truth, estimate, rounding):
         off = abs(mpmath.mpf(getattr(value, "text", value)) - truth)
@@ -151,6 +151,7 @@ class Check:
             request["system"]["parameters"] = {"p": float(P_VALUE)}
             request["trajectory"]["sensitivities"] = {"parameters": ["p"]}
         label = f"{kind} {number}"
+        self.asked += 1
         answer, problem = self.solver.solve(request)
         if not self.tally.check(answer is not None, label, f"{problem}: {json.dumps(request)}"):
             return
@@ -187,8 +188,10 @@ def main():
     tally = Tally("known")
     check, first = Check(tally, Solver(build_folder())), seed(20261128)
     mpmath.mp.dps = 45
-    for number in range(scaled(SYSTEMS)):
+    systems = scaled(SYSTEMS)
+    for number in range(systems):
         check.one(number, random.Random(f"{first} {number}"))
+    tally.check(check.asked >= 0.9 * systems, "systems", f"{check.asked} of {systems} have a solution with values")
     tally.check(check.held >= 0.985 * check.numbers, "estimates", f"{check.held} of {check.numbers} hold")
     print(f"{check.held} of {check.numbers} estimates hold")
     return tally.end()

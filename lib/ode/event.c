@@ -300,7 +300,7 @@ static void polish(struct ode_march *m, int event, double slope, double theta, d
 {
     enum { TURNS = 3 };
     double *y = m->watch->y, u = theta, at;
-    for (int turn = 0; turn < TURNS && m->p->project && slope != 0 && theta < 1; turn++) {
+    for (int turn = 0; turn < TURNS && m->p->project && slope != 0; turn++) {
         double by = -values(m, *t, x)[event] / (slope * m->step.h);
         u += by;
         if (!(fabs(by * m->step.h) > ROUNDED * fmax(fabs(m->t), fabs(m->t1))) || !(fabs(u - theta) < ASIDE) || !(u > 0 && u < 1) || !point_at(m, u, &at, y))

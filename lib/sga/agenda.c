@@ -104,7 +104,7 @@ enum { FAINT_FREE = 3, FAINT_BIT = 2, FAINT = 9, LAST = 1000000 };
 
 /* Of so few rows that what they fill does not matter: entries that may vanish come after all that do not, of longer rows too. What is divided by vanishes
  * somewhere, and there a row that has nothing to be divided by says what another, made by a division, does not. */
-enum { FEW_ROWS = 24, MAY_VANISH = 1000 };
+enum { FEW_ROWS = 24, MAY_VANISH = LAST / 10 };     /* more than these can fill */
 
 /* Constants first, then what never vanishes, then parameters, then the rest. */
 static int kind_of(const struct ech_context *c, expr_id e)
