@@ -63,3 +63,23 @@ void points_jacobian_entries(struct points_jacobian *j, struct num_ball *ball)
             arb_set(j->entry[i] + k, j->grad + j->col[i][k]);
     }
 }
+
+slong points_row_exponent(const struct points_jacobian *j, int i, const int *scale)
+{
+    slong e = -(WORD_MAX / 4);
+    for (int k = 0; k < j->cols[i]; k++) {
+        arb_srcptr v = j->entry[i] + k;
+        if (!arb_is_finite(v) || arf_is_zero(arb_midref(v)))
+            continue;
+        slong x = num_ball_log2(arb_midref(v)) + (scale ? scale[j->col[i][k]] : 0);
+        e = x > e ? x : e;
+    }
+    return e;
+}
+
+double points_scaled(const arb_t v, slong exponent)
+{
+    SGA_ENDS(arf_end) arf_t t = { 0 };
+    arf_mul_2exp_si(t, arb_midref(v), -exponent);
+    return arf_get_d(t, ARF_RND_NEAR);
+}

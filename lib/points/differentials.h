@@ -24,5 +24,9 @@ void points_jacobian_clear(struct points_jacobian *j);
 void points_jacobian_values(struct points_jacobian *j, struct num_ball *ball);
 /* Entries; values must be known. */
 void points_jacobian_entries(struct points_jacobian *j, struct num_ball *ball);
+/* log2 of the largest entry of row i, in units of the variables' scales (powers of 2, or NULL: all are 1), or a very small number. */
+slong points_row_exponent(const struct points_jacobian *j, int i, const int *scale);
+/* v / 2^exponent, its middle. */
+double points_scaled(const arb_t v, slong exponent);
 
 #endif

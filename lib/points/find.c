@@ -11,6 +11,7 @@
 #include "branches.h"
 #include "budget.h"
 #include "differentials.h"
+#include "follow.h"
 #include "into_domain.h"
 #include "normal.h"
 #include "one_by_one.h"
@@ -21,7 +22,7 @@
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500, FOLLOWED = 4 };
 /* How much nearer to the guess the next start is, where one led over a change of branch. */
 static const double NEARER = 0.125;
 /* A place so much farther than all before is one more on the way to infinity, where so many were, the last of them so far in units; nearer than this
@@ -138,27 +139,6 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
         points_into_domain(s, box, random, p);
 }
 
-/* log2 of the largest entry of row i, or a very small number */
-static slong row_exponent(const struct points_jacobian *j, int i, const int *scale)
-{
-    slong e = -(WORD_MAX / 4);
-    for (int k = 0; k < j->cols[i]; k++) {
-        arb_srcptr v = j->entry[i] + k;
-        if (!arb_is_finite(v) || arf_is_zero(arb_midref(v)))
-            continue;
-        slong x = num_ball_log2(arb_midref(v)) + (scale ? scale[j->col[i][k]] : 0);
-        e = x > e ? x : e;
-    }
-    return e;
-}
-
-static double scaled(const arb_t v, slong exponent)
-{
-    SGA_ENDS(arf_end) arf_t t = { 0 };
-    arf_mul_2exp_si(t, arb_midref(v), -exponent);
-    return arf_get_d(t, ARF_RND_NEAR);
-}
-
 /* Blank the columns of variables that satisfied constraints contain. Returns how many
  * constraints are not satisfied. */
 static int only_new(struct points_jacobian *j, struct normal *w, const double *r, unsigned char *old)
@@ -224,13 +204,13 @@ static double step(struct points_jacobian *j, struct points_point *p, struct poi
     for (int k = 0; k < parts->count; k++)
         parts->residual[k] = 0;
     for (int i = 0; i < c; i++) {
-        slong e = row_exponent(j, i, scale);
+        slong e = points_row_exponent(j, i, scale);
         for (int k = 0; k < j->cols[i]; k++) {
             if (!arb_is_finite(j->entry[i] + k))
                 return -1;
-            w->value[i][k] = scaled(j->entry[i] + k, e - (scale ? scale[j->col[i][k]] : 0));
+            w->value[i][k] = points_scaled(j->entry[i] + k, e - (scale ? scale[j->col[i][k]] : 0));
         }
-        r[i] = scaled(num_ball_value(&p->ball, s->constraint[i]), e);
+        r[i] = points_scaled(num_ball_value(&p->ball, s->constraint[i]), e);
         if (!isfinite(r[i]))
             return -1;
         double residual = fabs(r[i]) / row_size(j, i, p, scale);
@@ -387,6 +367,8 @@ static enum points_status find(const struct points_space *s, double spread, uint
         }
         if (a % 2 && s->constraints > MANY)
             points_one_by_one(&j, p);
+        else if (a % FOLLOWED == FOLLOWED - 1 && s->constraints)
+            points_follow(&j, p);
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
         int got = s->constraints ? newton(&j, p, &parts, s->before && a == 0 && !(s->cheap && s->near && s->variables <= FEW)) : 1;

@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "buf.h"
 #include "charts.h"
 #include "endings_far.h"
 #include "impulse.h"
 #include "leap.h"
+#include "mem.h"
 #include "points_space.h"
 #include "print.h"
 #include "reduction.h"
@@ -21,21 +21,20 @@
 /* A trajectory that reaches a stratum says what is lost there. */
 static void say_stratum(struct flow *f, struct traj_result *r)
 {
-    struct sga_buf text = { 0 };
+    SGA_FREED char *text = expr_text(f->sys->store, f->field.lost_pivot < 0 ? EXPR_UNDEF : f->field.pivot_expr[f->field.lost_pivot], 120);
     r->ended_reason = f->field.contradiction ? "gauge_contradiction" : "stratum";
     r->stratum = !f->field.contradiction;
     if (f->field.contradiction)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
-    else if (f->field.lost_pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[f->field.lost_pivot], 120, &text))
+    else if (f->field.lost_pivot >= 0)
         snprintf(r->ended_detail, sizeof r->ended_detail, f->field.lost_pivot < f->field.sides
                  ? f->field.solution_side[f->field.lost_pivot].unseen
                    ? "the constraints were found on one side of %s = 0 only: no point of them was found beyond it, so what they say there is not known"
                    : "the constraints were found on one side of %s = 0 only: beyond it they say something else"
-                 : "the rank of the equations drops where %s = 0: the motion is not determined beyond", text.data);
+                 : "the rank of the equations drops where %s = 0: the motion is not determined beyond", text);
     else
         snprintf(r->ended_detail, sizeof r->ended_detail,
                  "the rank of the equations drops here: the motion is not determined beyond");
-    sga_buf_free(&text);
 }
 
 /* Relative roundings from which on constraints are lost by them, and not by the motion. */
@@ -44,32 +43,30 @@ static const double ROUNDED = 1e-11;
 /* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. */
 static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
 {
-    struct sga_buf text = { 0 };
     double apart = grows ? FIELD_SOON : ENDINGS_NEAR;
     int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, false);
     int rates = pivot < 0 && grows && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, true) : -1;
     size_t before = strlen(r->ended_detail);
-    if (rates >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[rates], 120, &text))
-        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text.data);
-    else if (pivot >= 0 && expr_print(f->field.sys->store, f->field.pivot_expr[pivot], 120, &text)) {
-        endings_at_zero(f, rq, pivot, r);
-        r->ended_reason = "stratum";
-        r->stratum = true;
-        snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends "
-                 "to: it is not determined beyond", text.data);
+    if (pivot < 0 && rates < 0)
+        return;
+    SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[pivot < 0 ? rates : pivot], 120);
+    if (pivot < 0) {
+        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text);
+        return;
     }
-    sga_buf_free(&text);
+    endings_at_zero(f, rq, pivot, r);
+    r->ended_reason = "stratum";
+    r->stratum = true;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends to: it is not determined beyond", text);
 }
 
 /* A denominator that came to 0 is named. */
 static void say_pole(struct flow *f, bool grows, struct traj_result *r)
 {
-    struct sga_buf text = { 0 };
+    SGA_FREED char *text = expr_text(f->sys->store, f->field.pole_expr[f->field.lost_pole], 120);
     size_t before = grows ? strlen(r->ended_detail) : 0;
-    if (expr_print(f->field.sys->store, f->field.pole_expr[f->field.lost_pole], 120, &text))
-        snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
-                 "%sthe equations divide by %s, which is 0 here: the motion is not determined beyond", grows ? "; " : "", text.data);
-    sga_buf_free(&text);
+    snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
+             "%sthe equations divide by %s, which is 0 here: the motion is not determined beyond", grows ? "; " : "", text);
 }
 
 /* An equation that was redundant as far as this. */
@@ -116,14 +113,12 @@ static bool say_undecided(const struct flow *f, const struct traj_request *rq, s
 /* What has no value beyond the end. */
 static bool say_valued(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
-    struct sga_buf text = { 0 };
     double way = rq->times[rq->samples - 1] - rq->start;
-    bool said = f->lost_value >= 0 && fabs(f->lost_value_t - r->ended_t) <= 1e-3 * fabs(way)
-                && expr_print(f->sys->store, rq->valued[f->lost_value], 120, &text);
-    if (said)
-        snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time %s has no value, which one of the equations is solved for a variable by", text.data);
-    sga_buf_free(&text);
-    return said;
+    if (f->lost_value < 0 || !(fabs(f->lost_value_t - r->ended_t) <= 1e-3 * fabs(way)))
+        return false;
+    SGA_FREED char *text = expr_text(f->sys->store, rq->valued[f->lost_value], 120);
+    snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time %s has no value, which one of the equations is solved for a variable by", text);
+    return true;
 }
 
 static bool by_numbers(enum ode_reason reason)

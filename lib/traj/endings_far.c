@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "arena.h"
-#include "buf.h"
 #include "flow.h"
 #include "jacobian.h"
 #include "kinds.h"
@@ -107,14 +106,13 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
     r->stratum = false;
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s grows without bound (%.3g at the last point)",
              f->sys->store->symbol[f->sys->variable[which].symbol].name, f->field.home[which]);
-    struct sga_buf zero = { 0 };
     int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false);
     size_t before = strlen(r->ended_detail);
-    if (pivot >= 0)
+    if (pivot >= 0) {
+        SGA_FREED char *zero = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
         endings_at_zero(f, rq, pivot, r);
-    if (pivot >= 0 && expr_print(f->sys->store, f->field.pivot_expr[pivot], 120, &zero))
-        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while %s tends to 0", zero.data);
-    sga_buf_free(&zero);
+        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while %s tends to 0", zero);
+    }
     return true;
 }
 
