@@ -103,7 +103,8 @@ enum { ANY = 6, IDLE = 1 };
 enum { FAINT_FREE = 3, FAINT_BIT = 2, FAINT = 9, LAST = 1000000 };
 
 /* Of so few rows that what they fill does not matter: entries that may vanish come after all that do not, of longer rows too. What is divided by vanishes
- * somewhere, and there a row that has nothing to be divided by says what another, made by a division, does not. */
+ * somewhere, and there a row that has nothing to be divided by says what another, made by a division, does not. Those that vanish where a motion is to
+ * start come after all of these. */
 enum { FEW_ROWS = 24, MAY_VANISH = LAST / 10 };     /* more than these can fill */
 
 /* Constants first, then what never vanishes, then parameters, then the rest. */
@@ -182,7 +183,7 @@ static void look_at_row(struct agenda *a, int i, struct choice *best)
         int kind = kind_of(c, entry.value);
         double score = fill + 2 * kind - 1e-3 * fmin(200, fmax(-200, size));
         if (kind == ANY)
-            score += faint_cost(a, entry.value) + (a->rows <= FEW_ROWS ? MAY_VANISH : 0);
+            score += faint_cost(a, entry.value) + (a->rows <= FEW_ROWS ? MAY_VANISH * (is_idle(a, entry.value) ? 2 : 1) : 0);
         if (score < best->score && !(size < least && expr_is_const(c->st, entry.value)))
             *best = (struct choice){ score, i, k };
     }

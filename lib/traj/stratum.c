@@ -164,7 +164,7 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
     double *x = sga_malloc((size_t)(n + 1) * sizeof *x);
     for (int j = 0; j < n; j++)
         x[j] = f->here[j];
-    bool moves = field_eval(f, f->here_t, x, v) || plain(f, f->here_t, x, v);
+    bool moves = plain(f, f->here_t, x, v) || field_eval(f, f->here_t, x, v);      /* beside a zero the expressions say more than the rows */
     double soonest = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
     for (int q = choice ? f->chosen : 0; q < (choice ? f->pivots : f->chosen) && moves; q++) {
         expr_id e = f->pivot_expr[q];
