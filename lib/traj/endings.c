@@ -40,15 +40,35 @@ static void say_stratum(struct flow *f, struct traj_result *r)
 /* Relative roundings from which on constraints are lost by them, and not by the motion. */
 static const double ROUNDED = 1e-11;
 
+/* A denominator that came to 0 is named. */
+static void say_pole(struct flow *f, bool grows, struct traj_result *r)
+{
+    SGA_FREED char *text = expr_text(f->sys->store, f->field.pole_expr[f->field.lost_pole], 120);
+    size_t before = grows ? strlen(r->ended_detail) : 0;
+    snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
+             "%sthe equations divide by %s, which is 0 here: the motion is not determined beyond", grows ? "; " : "", text);
+}
+
+/* The same where no step has come to its other side. */
+static void tends_to_pole(struct flow *f, int pole, bool grows, struct traj_result *r)
+{
+    f->field.lost_pole = pole;
+    r->ended_reason = "blow_up";
+    say_pole(f, grows, r);
+}
+
 /* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. */
 static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
 {
     double apart = grows ? FIELD_SOON : ENDINGS_NEAR;
-    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, false);
-    int rates = pivot < 0 && grows && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, true) : -1;
+    int pole, pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, false, &pole);
+    int rates = pivot < 0 && grows && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, true, NULL) : -1;
     size_t before = strlen(r->ended_detail);
-    if (pivot < 0 && rates < 0)
+    if (pivot < 0 && rates < 0) {
+        if (pole >= 0 && f->field.lost_pole < 0)
+            tends_to_pole(f, pole, grows, r);
         return;
+    }
     SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[pivot < 0 ? rates : pivot], 120);
     if (pivot < 0) {
         snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text);
@@ -58,15 +78,6 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool
     r->ended_reason = "stratum";
     r->stratum = true;
     snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends to: it is not determined beyond", text);
-}
-
-/* A denominator that came to 0 is named. */
-static void say_pole(struct flow *f, bool grows, struct traj_result *r)
-{
-    SGA_FREED char *text = expr_text(f->sys->store, f->field.pole_expr[f->field.lost_pole], 120);
-    size_t before = grows ? strlen(r->ended_detail) : 0;
-    snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
-             "%sthe equations divide by %s, which is 0 here: the motion is not determined beyond", grows ? "; " : "", text);
 }
 
 /* An equation that was redundant as far as this. */

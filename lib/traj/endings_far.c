@@ -106,7 +106,7 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
     r->stratum = false;
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s grows without bound (%.3g at the last point)",
              f->sys->store->symbol[f->sys->variable[which].symbol].name, f->field.home[which]);
-    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false);
+    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false, NULL);
     size_t before = strlen(r->ended_detail);
     if (pivot >= 0) {
         SGA_FREED char *zero = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);

@@ -116,8 +116,9 @@ bool field_code(struct field *f, struct ode_code *code);
 bool field_stages(struct field *f, const struct sga_stages *plan, struct sga_stage_code *code);
 bool field_code_holds(const struct field *f, int calls);
 /* stratum.c. After a motion from start that came to no further than end_t: the pivot, of the reduction or (choice) of the gauge choice, that tends to 0
- * there while what it depends on stays finite, or -1. apart: of the way made, by which the place where a zero of higher order lies may be another. */
-int field_approaches(struct field *f, const double *start, double start_t, double end_t, double apart, bool choice);
+ * there while what it depends on stays finite, or -1. apart: of the way made, by which the place where a zero of higher order lies may be another.
+ * A denominator of the field may come to 0 sooner: *pole (or NULL), else -1; what moves fast only because of it is not told. */
+int field_approaches(struct field *f, const double *start, double start_t, double end_t, double apart, bool choice, int *pole);
 #define FIELD_SOON 1e-3        /* apart, where the motion itself grows without bound */
 /* When that pivot is 0, from the last point inside, to the third power of the way there; not a number: not known. */
 double field_zero_ahead(struct field *f, int pivot);

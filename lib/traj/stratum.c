@@ -154,37 +154,92 @@ static bool may_vanish(const struct field *f, expr_id p)
     return may;
 }
 
-int field_approaches(struct field *f, const double *start, double start_t, double end_t, double apart, bool choice)
+/* Where a motion ends: the velocity there, what has grown, how much time has passed. */
+struct end {
+    double *x, *v;
+    unsigned char *grown;      /* by symbol */
+    double passed;
+};
+
+static void end_of(struct field *f, const double *start, double passed, struct end *end)
 {
-    int found = -1, n = f->n;
-    double passed = end_t - start_t, *v = sga_calloc((size_t)n + 1, sizeof *v), p[2];
-    unsigned char *grown = sga_calloc((size_t)f->sys->store->symbols + 1, 1);
-    for (int j = 0; j < n; j++)
-        grown[f->sys->variable[j].symbol] = fabs(f->here[j]) > GROWN * (1 + fabs(start[j]));
-    double *x = sga_malloc((size_t)(n + 1) * sizeof *x);
-    for (int j = 0; j < n; j++)
-        x[j] = f->here[j];
-    bool moves = plain(f, f->here_t, x, v) || field_eval(f, f->here_t, x, v);      /* beside a zero the expressions say more than the rows */
-    double soonest = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
-    for (int q = choice ? f->chosen : 0; q < (choice ? f->pivots : f->chosen) && moves; q++) {
-        expr_id e = f->pivot_expr[q];
-        if (!stays_finite(f, e, grown) || !may_vanish(f, e) || !along(f, e, f->here_t, x, v, p) || p[1] == 0)
+    end->passed = passed;
+    end->grown = sga_calloc((size_t)f->sys->store->symbols + 1, 1);
+    end->v = sga_calloc(2 * ((size_t)f->n + 1), sizeof *end->v);
+    end->x = end->v + f->n + 1;
+    for (int j = 0; j < f->n; j++) {
+        end->x[j] = f->here[j];
+        end->grown[f->sys->variable[j].symbol] = fabs(f->here[j]) > GROWN * (1 + fabs(start[j]));
+    }
+}
+
+static void end_clear(struct end *end)
+{
+    free(end->v);
+    free(end->grown);
+}
+
+/* After which part of the way made p, which was `was` at the start, comes to 0 along a line, negative where it grows; NAN: it grows with what does so,
+ * or is 0 nowhere. *near: that is soon. */
+static double left_to_zero(struct field *f, expr_id e, double was, const struct end *end, double *value, bool *near)
+{
+    double p[2];
+    *near = false;
+    if (!stays_finite(f, e, end->grown) || !may_vanish(f, e) || !along(f, e, f->here_t, end->x, end->v, p) || p[1] == 0)
+        return NAN;
+    double left = -p[0] / p[1] / end->passed;
+    *value = fabs(p[0]);
+    *near = p[0] == 0;
+    for (int k = 0; k < 2 && left > 0; k++)
+        *near |= left < near_zero[k].soon && *value <= near_zero[k].shrunk * was;
+    return left;
+}
+
+/* The denominator that comes to 0 soonest, and when; -1: none. */
+static int pole_ahead(struct field *f, const double *start, double start_t, const struct end *end, double *soonest)
+{
+    int found = -1;
+    *soonest = INFINITY;
+    for (int q = 0; q < f->poles; q++) {
+        double was[2], value;
+        bool near;
+        if (!along(f, f->pole_expr[q], start_t, start, end->v, was))
             continue;
-        double left = -p[0] / p[1] / passed;
-        bool near = p[0] == 0;
-        for (int k = 0; k < 2 && left > 0; k++)
-            near |= left < near_zero[k].soon && fabs(p[0]) <= near_zero[k].shrunk * f->pivot_start[q];
-        if (!near && left > 0 && fabs(p[0]) <= SMALL_THERE * f->pivot_start[q]) {
-            double zero = field_zero_ahead(f, q);
-            near = fabs(zero - end_t) <= apart * fabs(passed) && rises(f, start, v, zero - f->here_t);
+        double left = left_to_zero(f, f->pole_expr[q], fabs(was[0]), end, &value, &near);
+        if (near && left < *soonest) {
+            *soonest = left;
+            found = q;
         }
-        if (near && left < soonest) {
+    }
+    return found;
+}
+
+/* A pivot that comes to 0 later than this beside a pole only moves fast there, as all does. */
+static const double POLE_FIRST = 0.5;
+
+int field_approaches(struct field *f, const double *start, double start_t, double end_t, double apart, bool choice, int *pole)
+{
+    int found = -1;
+    struct end end;
+    end_of(f, start, end_t - start_t, &end);
+    bool moves = plain(f, f->here_t, end.x, end.v) || field_eval(f, f->here_t, end.x, end.v);      /* beside a zero the expressions say more than the rows */
+    double soonest = INFINITY, of_pole = INFINITY;      /* where one of them falls fast, so do others that depend on the same */
+    int before = moves ? pole_ahead(f, start, start_t, &end, &of_pole) : -1;
+    for (int q = choice ? f->chosen : 0; q < (choice ? f->pivots : f->chosen) && moves; q++) {
+        double value;
+        bool near;
+        double left = left_to_zero(f, f->pivot_expr[q], f->pivot_start[q], &end, &value, &near);
+        if (!near && left > 0 && value <= SMALL_THERE * f->pivot_start[q]) {
+            double zero = field_zero_ahead(f, q);
+            near = fabs(zero - end_t) <= apart * fabs(end.passed) && rises(f, start, end.v, zero - f->here_t);
+        }
+        if (near && left < soonest && !(of_pole < POLE_FIRST * left)) {
             soonest = left;
             found = q;
         }
     }
-    free(x);
-    free(v);
-    free(grown);
+    if (pole)
+        *pole = found < 0 ? before : -1;
+    end_clear(&end);
     return found;
 }
