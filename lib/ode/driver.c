@@ -412,7 +412,7 @@ static void go(struct ode_march *m, bool accompanied)
         return;
     ode_control_begin(&m->control, m->method->error_order);
     m->budget_looked = m->begun = sga_now();
-    m->look_t = m->t;
+    m->look_t = m->pile_t = m->t;
     m->look_progress = INFINITY;
     while (ode_may_go_on(m)) {
         double aim, taken = cut(m, h, &aim);

@@ -101,6 +101,12 @@ static bool grows_now(const struct ode_march *m)
     return way > GROWTH * size && way > m->o->atol;     /* and rest there */
 }
 
+bool ode_grows(const struct ode_march *m)
+{
+    int which;
+    return grows_now(m) && ode_largest(m, m->f, &which) > GROWTH * m->start_rate;
+}
+
 /* The motion comes from a surface beyond which the constraints are others and has made no step there: what its field is at a point off these tells nothing. */
 static bool thrown_off(const struct ode_march *m, enum ode_refusal cause)
 {
@@ -146,14 +152,13 @@ static void end_earlier(struct ode_march *m, double t)
  * the manifold, each step is as long as the correction may be. */
 void ode_end_steps(struct ode_march *m, bool foreseen)
 {
-    int which;
     if (m->manifold_refused > m->res->stats.steps / 10) {
         ode_end_at(m, ODE_CONSTRAINT_LOST,
                    "the vector field leads away from the constraints: corrections are far larger than "
                    "the error of the steps");
         return;
     }
-    if (m->hopeless > 0 && grows_now(m) && ode_largest(m, m->f, &which) > GROWTH * m->start_rate) {
+    if (m->hopeless > 0 && ode_grows(m)) {
         blow_up(m);
         end_earlier(m, m->slow_since);
         return;

@@ -102,6 +102,8 @@ struct ode_march {
     double look_t, look_progress;
     int hopeless;                   /* looks in a row that saw none, */
     double slow_since;              /* from this time on */
+    long pile_at;
+    double pile_t;
 };
 
 /* reach.c: before an attempt; after a failure, which may be the budget's. False: ended. */
@@ -226,6 +228,8 @@ void ode_end_event(struct ode_march *m);
 /* ending.c: fills res->end. */
 void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail);
 void ode_end_refused(struct ode_march *m, enum ode_refusal cause);
+/* The derivative, over the time passed, is far beyond the size, and beyond what it was at the start. */
+bool ode_grows(const struct ode_march *m);
 void ode_end_steps(struct ode_march *m, bool foreseen);
 double ode_largest(const struct ode_march *m, const double *v, int *which);
 

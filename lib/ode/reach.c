@@ -13,6 +13,8 @@
 #define BUDGET_TIME 0.02       /* where they take no longer than this (seconds) */
 #define BEYOND_HOPE 5.0        /* times the limit of steps */
 #define ACROSS_LOOKS 5
+#define PILE_EVERY 1000        /* attempts; */
+#define PILED 1e-6             /* where they went no further than this part of the time passed, they pile up */
 
 /* At the present pace, would the stop take far more steps than are allowed, again and
  * again, without the pace picking up? */
@@ -30,6 +32,19 @@ static bool out_of_reach(struct ode_march *m)
     m->look_t = m->t;
     m->look_at += LOOK_EVERY;
     return m->hopeless >= ACROSS_LOOKS;
+}
+
+/* Beside a singularity that is seen as far as the tolerances go, steps pile up, each time less further, while something grows. */
+static bool piles_up(struct ode_march *m)
+{
+    bool piled = fabs(m->t - m->pile_t) <= PILED * fabs(m->t - m->start->t) && ode_grows(m);
+    if (piled) {
+        m->hopeless = m->hopeless > 0 ? m->hopeless : 1;
+        m->slow_since = m->pile_t;
+    }
+    m->pile_t = m->t;
+    m->pile_at += PILE_EVERY;
+    return piled;
 }
 
 bool ode_within_budget(struct ode_march *m)
@@ -65,7 +80,7 @@ bool ode_may_go_on(struct ode_march *m)
         ode_end_steps(m, false);
         return false;
     }
-    if (attempts >= m->look_at + LOOK_EVERY && out_of_reach(m)) {
+    if ((attempts >= m->pile_at + PILE_EVERY && piles_up(m)) || (attempts >= m->look_at + LOOK_EVERY && out_of_reach(m))) {
         ode_end_steps(m, true);
         return false;
     }

@@ -11,7 +11,7 @@
 #include "branches.h"
 #include "budget.h"
 #include "differentials.h"
-#include "follow.h"
+#include "davidenko.h"
 #include "into_domain.h"
 #include "normal.h"
 #include "one_by_one.h"

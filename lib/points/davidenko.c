@@ -1,5 +1,5 @@
 /* Paths on which all constraints grow smaller together. */
-#include "follow.h"
+#include "davidenko.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Inside the points folder: a path from a start to the constraints, where Newton's steps from there would wander. */
-#ifndef SGA_POINTS_FOLLOW_H
-#define SGA_POINTS_FOLLOW_H
+#ifndef SGA_POINTS_DAVIDENKO_H
+#define SGA_POINTS_DAVIDENKO_H
 
 struct points_jacobian;
 struct points_point;
