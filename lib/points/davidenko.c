@@ -10,7 +10,7 @@
 #include "normal.h"
 #include "points_space.h"
 
-enum { FEW = 40, STEPS = 300, STEPS_LARGE = 100, CORRECTIONS = 4 };
+enum { FEW = 40, STEPS = 300, STEPS_LARGE = 100, CORRECTIONS = 4, RANGE = 1000 };
 /* The first piece of the path, and the shortest; how much shorter each step must become; what is near enough, in units. */
 static const double FIRST = 0.25, SHORTEST = 1e-4, SHORTER = 0.25, NEAR = 1e-3;
 /* A path that leads so much farther out than it began leads to where the constraints are 0 at infinity only. */
@@ -64,6 +64,8 @@ static bool solve(struct path *a, double part)
     points_jacobian_entries(a->j, &a->p->ball);
     for (int i = 0; i < s->constraints; i++) {
         slong e = points_row_exponent(a->j, i, a->scale);
+        if (e < -RANGE || e > RANGE)
+            return false;
         for (int k = 0; k < a->j->cols[i]; k++) {
             if (!arb_is_finite(a->j->entry[i] + k))
                 return false;

@@ -23,6 +23,8 @@
 
 /* Of a value of the start, beside its size: how far it is from the nearest point. */
 static const double FOUND = 1e-14;
+/* And where the start was moved by so much of its size: the nearest point that the constraints have is often their fold, and found to half of the digits. */
+static const double FAR_OFF = 1e-3, FOUND_FAR = 1e-10;
 /* Of the largest entry: a change over so small a way that is no rounding. */
 static const double STEP_SEEN = 1e-8;
 enum { FEW_ROWS = 24 };         /* that are solved in no time */
@@ -219,7 +221,8 @@ static bool entries_beside(struct field *f, const double *here, double times, in
         int j = by_name[i];
         bool sure = f->given && f->given[j] && here[j] == f->guess[j];
         double size = fmax(fabs(here[j]), f->unit ? f->unit[j] : 1);
-        f->in[j] = here[j] + (sure ? 0 : times * FOUND * size * sin(1.3 + 2.1 * i + 0.9 * k));
+        bool moved = f->given && f->given[j] && fabs(here[j] - f->guess[j]) > FAR_OFF * size;
+        f->in[j] = here[j] + (sure ? 0 : times * (moved ? FOUND_FAR : FOUND) * size * sin(1.3 + 2.1 * i + 0.9 * k));
     }
     free(by_name);
     return evaluate(f, &same);

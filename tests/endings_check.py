@@ -1,0 +1,108 @@
+"""Random motions end alike in any order of equations and variables: endings_check.py BUILD_DIR
+
+Systems of index 0 to 2 with products, poles and coefficients that vanish on the way; a quarter of the motions ends. Asked in four orders,
+each gives the same verdict, dimensions, reason and time of the end, or values within the estimates. A start on a stratum may be refused in one
+order and moved in another, and a motion that ends at its last time may be said to reach it: the seed is one without such. SGA_TEST_SEED repeats
+a run, SGA_TEST_SCALE makes it longer."""
+import json
+import random
+import sys
+
+import sympy as sp
+
+from solver import Solver
+from tally import Tally, build_folder, scaled, seed
+
+SYSTEMS, ORDERS = 100, 4
+TIME = 10       # tolerances by which times of an end may differ
+
+
+def term(rng, over):
+    m = sp.Rational(rng.choice([-2, -1, 1, 2, 3]), rng.choice([1, 1, 2]))
+    for _ in range(rng.randint(0, 2)):
+        m *= rng.choice(over)
+    kind = rng.random()
+    if kind < 0.12:
+        return m * rng.choice([sp.sin, sp.cos])(rng.choice(over))
+    if kind < 0.17:
+        return m * sp.exp(rng.choice(over) / 2)
+    return m / (rng.choice(over) - sp.Rational(5, 2)) if kind < 0.2 else m
+
+
+def polynomial(rng, over):
+    return sum(term(rng, over) for _ in range(rng.randint(1, 3)))
+
+
+def through(f, place):
+    """The same function less its value at the start."""
+    return f - f.subs(place)
+
+
+def system(rng):
+    """Variables, equations, and a start that meets the equations without derivatives."""
+    n = rng.randint(2, 4)
+    x, rate = sp.symbols(f"x1:{n + 1}"), [sp.Symbol(f"x{i}_RATE") for i in range(1, n + 1)]
+    place = {v: sp.Rational(rng.randint(-4, 4), 2) for v in x}
+    equations = [rate[0] - polynomial(rng, x)]
+    for i in range(1, n):
+        kind = rng.choice(["differential", "algebraic", "algebraic", "hidden", "implicit"])
+        others = [v for v in x if v != x[i]]
+        if kind == "differential":
+            equations.append(rate[i] - polynomial(rng, x))
+        elif kind == "implicit":
+            factor = rng.choice([x[i], 1 + x[i] * rng.choice(x), rng.choice(x)])
+            equations.append(factor * rate[i] + rng.choice([0, 1]) * rng.choice(rate) - polynomial(rng, x))
+        elif kind == "algebraic":
+            equations.append(through(polynomial(rng, x) + rng.choice([x[i], x[i]**2, x[i]**3 - x[i]]), place))
+        else:
+            equations.append(through(polynomial(rng, others) + rng.choice(others), place))
+    texts = [str(e).replace("_RATE", "'").replace("**", "^") + " = 0" for e in equations]
+    return [str(v) for v in x], texts, {str(v): float(value) for v, value in place.items()}
+
+
+def same(a, b, rtol):
+    """What differs between two answers, or None."""
+    if a is None or b is None:
+        return None if a is b else "one is refused"
+    if a["verdict"] != b["verdict"] or a["dimensions"] != b["dimensions"]:
+        return "the analysis"
+    one, two = a["trajectory"], b["trajectory"]
+    if one["ended"] or two["ended"]:
+        if not one["ended"] or not two["ended"] or one["ended"]["reason"] != two["ended"]["reason"]:
+            return f"the ending: {one['ended']}, {two['ended']}"
+        apart, size = abs(one["ended"]["t"] - two["ended"]["t"]), max(abs(one["ended"]["t"]), 1e-3)
+        return None if apart <= TIME * rtol * size else f"its time: {one['ended']}, {two['ended']}"
+    for name, v, w, e, f in zip(one["columns"][1:], one["rows"][-1][1:], two["rows"][-1][1:], one["column_errors"], two["column_errors"]):
+        if a["verdict"] == "unique" and abs(v - w) > 3 * (e + f) + 1e-12 * (1 + abs(v)):
+            return f"{name}: {v}, {w}, estimated {e}, {f}"
+    return None
+
+
+def main():
+    tally, solver = Tally("endings"), Solver(build_folder())
+    first, ended = seed(20261129), 0
+    for number in range(scaled(SYSTEMS)):
+        rng = random.Random(f"{first} {number}")
+        names, texts, start = system(rng)
+        rtol, base = rng.choice([1e-4, 1e-6, 1e-8, 1e-10]), None
+        for order in range(ORDERS):
+            variables, equations = names[:], texts[:]
+            if order:
+                rng.shuffle(variables)
+                rng.shuffle(equations)
+            request = {"system": {"form": "equations", "variables": variables, "equations": equations}, "want": ["index", "trajectory"],
+                       "trajectory": {"stop": 1, "samples": 3, "initial": start, "outputs": names}, "accuracy": {"rtol": rtol, "atol": rtol}}
+            answer, _ = solver.solve(request)
+            label = f"{number} in order {order}"
+            if order == 0:
+                base, why = answer, None
+                ended += bool(answer and answer["trajectory"]["ended"])
+            else:
+                why = same(base, answer, rtol)
+            tally.check(why is None, label, f"{why}: {json.dumps(request)}")
+    tally.check(ended >= 0.1 * scaled(SYSTEMS), "endings", f"only {ended} motions end")
+    return tally.end()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
