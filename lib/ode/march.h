@@ -102,7 +102,7 @@ struct ode_march {
     double look_t, look_progress;
     int hopeless;                   /* looks in a row that saw none, */
     double slow_since;              /* from this time on */
-    long pile_at;
+    long pile_at;                   /* the last look at whether steps pile up, and where it was */
     double pile_t;
 };
 

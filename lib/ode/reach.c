@@ -39,7 +39,7 @@ static bool piles_up(struct ode_march *m)
 {
     bool piled = fabs(m->t - m->pile_t) <= PILED * fabs(m->t - m->start->t) && ode_grows(m);
     if (piled) {
-        m->hopeless = m->hopeless > 0 ? m->hopeless : 1;
+        m->hopeless++;
         m->slow_since = m->pile_t;
     }
     m->pile_t = m->t;

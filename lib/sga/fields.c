@@ -63,7 +63,7 @@ static void gauge_fields(struct state *s)
  * divided by fewer functions and have so many more at the most. */
 enum { LEAST = 20, MOST = 2000, SMALLER = 2, MORE = 20 };
 
-/* By how many different functions that may vanish the field divides. */
+/* By how many different functions that may vanish the field divides; 0 where it is too large to be looked at. */
 static int divisors(struct state *s, const expr_id *field, int n, int *nodes)
 {
     SGA_FREED expr_id *seen = NULL;
@@ -71,7 +71,7 @@ static int divisors(struct state *s, const expr_id *field, int n, int *nodes)
     int count = 0;
     expr_cone_of(s->st, &s->cone, field, n);
     *nodes = s->cone.count;
-    for (int k = 0; k < s->cone.count; k++) {
+    for (int k = 0; k < s->cone.count && *nodes <= MOST; k++) {
         expr_id below = expr_divisor(s->st, s->cone.list[k]);
         bool is_new = below && !(state_facts(s, below) & EXPR_NONZERO);
         for (int i = 0; i < count && is_new; i++)
@@ -101,7 +101,7 @@ static void in_normal_form(struct state *s, expr_id *field, int n)
     if (s->ech.blocks || n > MOST / LEAST || !divided(s))
         return;
     poles = divisors(s, field, n, &nodes);
-    if (!poles || nodes < LEAST || nodes > MOST)
+    if (!poles || nodes < LEAST)
         return;
     struct poly_limits limits = poly_limits_of(POLY_MODEST, s->options->budget);
     SGA_FREED expr_id *normal = sga_malloc(((size_t)n + 1) * sizeof *normal);
@@ -111,7 +111,7 @@ static void in_normal_form(struct state *s, expr_id *field, int n)
             poly_normal(s->st, field[j], &limits, normal + j);
     }
     left = divisors(s, normal, n, &small);
-    if (SMALLER * small <= nodes || (left < poles && small <= nodes + nodes / 4 + MORE))
+    if (SMALLER * small <= nodes || (left < poles && small <= MOST && small <= nodes + nodes / 4 + MORE))
         memcpy(field, normal, (size_t)n * sizeof *normal);
 }
 

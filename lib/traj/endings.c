@@ -41,12 +41,12 @@ static void say_stratum(struct flow *f, struct traj_result *r)
 static const double ROUNDED = 1e-11;
 
 /* A denominator that came to 0 is named. */
-static void say_pole(struct flow *f, bool grows, struct traj_result *r)
+static void say_pole(struct flow *f, bool grows, const char *how, struct traj_result *r)
 {
     SGA_FREED char *text = expr_text(f->sys->store, f->field.pole_expr[f->field.lost_pole], 120);
     size_t before = grows ? strlen(r->ended_detail) : 0;
     snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
-             "%sthe equations divide by %s, which is 0 here: the motion is not determined beyond", grows ? "; " : "", text);
+             "%sthe equations divide by %s, which %s: the motion is not determined beyond", grows ? "; " : "", text, how);
 }
 
 /* The same where no step has come to its other side. */
@@ -54,7 +54,7 @@ static void tends_to_pole(struct flow *f, int pole, bool grows, struct traj_resu
 {
     f->field.lost_pole = pole;
     r->ended_reason = "blow_up";
-    say_pole(f, grows, r);
+    say_pole(f, grows, "tends to 0", r);
 }
 
 /* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. */
@@ -173,12 +173,12 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         if (!endings_far(f, rq, r) && !endings_steep(f, rq, r))
             say_stratum(f, r);
     } else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
-        say_pole(f, false, r);
+        say_pole(f, false, "is 0 here", r);
     else if (reason == ODE_LEFT_DOMAIN || reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH)
         look_for_stratum(f, rq, false, r);
     else if (reason == ODE_BLOW_UP) {
         if (f->field.lost_pole >= 0)
-            say_pole(f, true, r);
+            say_pole(f, true, "is 0 here", r);
         if (!endings_far(f, rq, r))
             look_for_stratum(f, rq, true, r);
     }

@@ -23,7 +23,7 @@
 
 /* Of a value of the start, beside its size: how far it is from the nearest point. */
 static const double FOUND = 1e-14;
-/* And where the start was moved by so much of its size: the nearest point that the constraints have is often their fold, and found to half of the digits. */
+/* And where the start was moved by so much of its size: then the nearest point that the constraints have is often on their fold, which is found to fewer digits. */
 static const double FAR_OFF = 1e-3, FOUND_FAR = 1e-10;
 /* Of the largest entry: a change over so small a way that is no rounding. */
 static const double STEP_SEEN = 1e-8;
