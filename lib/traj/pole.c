@@ -23,6 +23,7 @@ enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };
 static const double NEAR = 4e-2;                                /* of the same: where a zero is sought from a place beside it */
 static const double BESIDE = 1e-2;                              /* of the variables' sizes */
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
+static const double LEAST_FALL = 1e-3;  /* of the denominator, where a step is brought back to the constraints */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
 
 /* By expression: whether it is in the list already. */
@@ -120,19 +121,37 @@ static bool gradient(struct asked *a, double *slope)
     return ok && *slope > 0 && isfinite(*slope);
 }
 
-/* z onto a zero of the denominator. */
+/* z onto the constraints. */
+static bool onto_constraints(struct asked *a)
+{
+    struct manifold *m = a->f->manifold;
+    return !m->c || manifold_project(m, a->z[a->f->n], a->z, a->unit, NULL, 8, NULL, NULL, NULL);
+}
+
+/* z onto a zero of the denominator, on the constraints where there are any: a step down the gradient, brought back to them, goes along the
+ * gradient within them; it is made as long as its secant says. */
 static bool settle(struct asked *a)
 {
-    double slope, d = 1;
-    for (int turn = 0; turn < NEWTON && sga_watch_ok(); turn++) {
-        if (!gradient(a, &slope) || !look(a, 0, &d, NULL))
-            return false;
-        if (fabs(d) <= 1e-12 * slope)
-            return true;
-        for (int j = 0; j <= a->f->n; j++)
+    size_t n = (size_t)a->f->n + 1;
+    double slope, d = 1, after, *from = sga_calloc(n, sizeof *from);
+    bool found = false, ok = onto_constraints(a);
+    for (int turn = 0; turn < NEWTON && ok && !found && sga_watch_ok(); turn++) {
+        ok = gradient(a, &slope) && look(a, 0, &d, NULL);
+        found = ok && fabs(d) <= 1e-12 * slope;
+        if (!ok || found)
+            break;
+        memcpy(from, a->z, n * sizeof *from);
+        for (size_t j = 0; j < n; j++)
             a->z[j] -= d / slope * a->unit[j] * a->g[j];
+        if (!a->f->manifold->c)
+            continue;
+        ok = onto_constraints(a) && look(a, 0, &after, NULL) && fabs(d - after) > LEAST_FALL * fabs(d);
+        for (size_t j = 0; j < n && ok; j++)
+            a->z[j] = from[j] + d / (d - after) * (a->z[j] - from[j]);
+        ok = ok && onto_constraints(a);
     }
-    return false;
+    free(from);
+    return found;
 }
 
 /* How far two values of the field are apart, in units. */
