@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "at_start.h"
 #include "domain.h"
 #include "facts.h"
 #include "mem.h"
@@ -98,6 +99,22 @@ static bool by_ends(struct state *s, expr_id f, int depth, struct regular *r)
     return changed;
 }
 
+/* Whether e divides by what is 0 where a motion is to start, so that it has no value there. */
+static bool divides_at_start(struct state *s, expr_id e)
+{
+    if (!s->ctx.near || !regular_has_poles(s, e))
+        return false;
+    SGA_ENDS(at_start_clear) struct at_start start;
+    bool any = false;
+    at_start_init(&start, &s->ctx);
+    expr_cone_of(s->st, &s->cone, &e, 1);
+    for (int k = 0; k < s->cone.count && !any; k++) {
+        expr_id below = expr_divisor(s->st, s->cone.list[k]);
+        any = below && !expr_is_const(s->st, below) && at_start_vanishes(&start, &s->ctx, below);
+    }
+    return any;
+}
+
 /* The factors that matter are the branches. */
 static void from_factors(struct state *s, expr_id e, struct regular *r, const struct poly_factors *f, int depth)
 {
@@ -123,7 +140,7 @@ static void from_factors(struct state *s, expr_id e, struct regular *r, const st
         }
     }
     r->answer = !r->options ? REGULAR_NEVER : REGULAR_REPLACED;
-    if (r->options == 1 && plain) {
+    if (r->options == 1 && plain && !divides_at_start(s, e)) {
         r->answer = REGULAR_KEEP;
         r->option[0].out[0] = e;
     }

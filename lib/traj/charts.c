@@ -168,7 +168,9 @@ bool charts_choose(struct flow *f, double t, double *x)
     least = lost / BETTER;
     for (int k = 0; k < q->count; k++) {
         struct chart *c = q->chart + k;
-        double noise = k == q->at || !c->field.fast ? INFINITY : charts_noise(&c->exact, &c->field, &c->manifold, t, x);
+        if (k == q->at || !c->field.fast)
+            continue;
+        double noise = charts_noise(&c->exact, &c->field, &c->manifold, t, x);
         double other = noise <= AS_GOOD * lost ? smallest(q, k, &c->field, t, x, &ignored) : 0;
         /* not to where a pivot comes to 0 as soon; and one on its way there is left in time, whatever it has cost so far */
         if ((noise < least && (other > now || other > SMALL)) || (best < 0 && now < SMALL && other > BETTER * now)) {
