@@ -57,6 +57,41 @@ static void tends_to_pole(struct flow *f, int pole, bool grows, struct traj_resu
     say_pole(f, grows, "tends to 0", r);
 }
 
+/* The motion tends to a zero of the pivot. What is far out is no place of the set. */
+static void tends_to_stratum(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r)
+{
+    if (endings_far(f, rq, r) || endings_grows_with(f, rq, pivot, r))
+        return;
+    SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
+    endings_at_zero(f, rq, pivot, ENDINGS_NEAR, r);
+    r->ended_reason = "stratum";
+    r->stratum = true;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends to: it is not determined beyond", text);
+}
+
+/* Of the way made: how far from a zero of a pivot steps end that come to it. */
+static const double BESIDE = 1e-4;
+
+/* A rank that numbers lose drops before the zero of a pivot does it, where rows are large. And where a trial has passed the zero its time is known by a line,
+ * which for a square root is twice too far. */
+static void say_rank(struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    struct field *field = &f->field;
+    int pivot = field->lost_pivot < 0 && !field->contradiction ? field_approaches(field, r->initial, rq->start, r->ended_t, ENDINGS_NEAR, false, NULL) : -1;
+    bool passed = pivot < 0 && field->lost_pivot >= field->sides && field->lost_pivot < field->chosen;
+    if (pivot >= 0) {
+        tends_to_stratum(f, rq, pivot, r);
+        return;
+    }
+    if (passed)
+        field_forget_trial(field);
+    if (passed && endings_grows_with(f, rq, field->lost_pivot, r))
+        return;
+    say_stratum(f, r);
+    if (passed)
+        endings_at_zero(f, rq, field->lost_pivot, BESIDE, r);
+}
+
 /* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. */
 static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
 {
@@ -69,15 +104,12 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool
             tends_to_pole(f, pole, grows, r);
         return;
     }
-    SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[pivot < 0 ? rates : pivot], 120);
     if (pivot < 0) {
+        SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[rates], 120);
         snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text);
         return;
     }
-    endings_at_zero(f, rq, pivot, r);
-    r->ended_reason = "stratum";
-    r->stratum = true;
-    snprintf(r->ended_detail, sizeof r->ended_detail, "the rank of the equations drops where %s = 0, which the motion tends to: it is not determined beyond", text);
+    tends_to_stratum(f, rq, pivot, r);
 }
 
 /* An equation that was redundant as far as this. */
@@ -158,7 +190,7 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         field_fall_refine(&f->field);
         r->ended_t = f->field.fell_t;
         if (!endings_far(f, rq, r))
-            say_stratum(f, r);
+            say_rank(f, rq, r);
         return;
     }
     if (reason == ODE_CONSTRAINT_LOST && given_ended(f, rq, r)) {
@@ -171,7 +203,7 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         return;
     if (reason == ODE_SINGULAR) {
         if (!endings_far(f, rq, r) && !endings_steep(f, rq, r))
-            say_stratum(f, r);
+            say_rank(f, rq, r);
     } else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
         say_pole(f, false, "is 0 here", r);
     else if (reason == ODE_LEFT_DOMAIN || reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH)

@@ -85,11 +85,34 @@ static int rank_of_others(struct flow *f, const unsigned char *far)
     return lu.rank;
 }
 
-void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r)
+void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, double near, struct traj_result *r)
 {
     double zero = field_zero_ahead(&f->field, pivot), back = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
-    if (fabs(zero - r->ended_t) <= ENDINGS_NEAR * fabs(r->ended_t - rq->start) && (!r->rows || back * (zero - r->t[r->rows - 1]) >= 0))
+    if (fabs(zero - r->ended_t) <= near * fabs(r->ended_t - rq->start) && (!r->rows || back * (zero - r->t[r->rows - 1]) >= 0))
         r->ended_t = zero;
+}
+
+/* The reason is that the variable grows, and the pivot (-1: none) tends to 0 with it. */
+static void say_grows(struct flow *f, const struct traj_request *rq, int which, double last, int pivot, struct traj_result *r)
+{
+    r->ended_reason = "blow_up";
+    r->stratum = false;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "%s grows without bound (%.3g at the last point)",
+             f->sys->store->symbol[f->sys->variable[which].symbol].name, last);
+    size_t before = strlen(r->ended_detail);
+    if (pivot < 0)
+        return;
+    SGA_FREED char *zero = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
+    endings_at_zero(f, rq, pivot, ENDINGS_NEAR, r);
+    snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while %s tends to 0", zero);
+}
+
+bool endings_grows_with(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r)
+{
+    int which = field_grows_with(&f->field, pivot, r->initial);
+    if (which >= 0)
+        say_grows(f, rq, which, f->field.here[which], pivot, r);
+    return which >= 0;
 }
 
 bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_result *r)
@@ -102,17 +125,7 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
         others -= far[j];
     if (which < 0 || rank_of_others(f, far) < others)
         return false;
-    r->ended_reason = "blow_up";
-    r->stratum = false;
-    snprintf(r->ended_detail, sizeof r->ended_detail, "%s grows without bound (%.3g at the last point)",
-             f->sys->store->symbol[f->sys->variable[which].symbol].name, f->field.home[which]);
-    int pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false, NULL);
-    size_t before = strlen(r->ended_detail);
-    if (pivot >= 0) {
-        SGA_FREED char *zero = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
-        endings_at_zero(f, rq, pivot, r);
-        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while %s tends to 0", zero);
-    }
+    say_grows(f, rq, which, f->field.home[which], field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false, NULL), r);
     return true;
 }
 

@@ -13,12 +13,15 @@ struct traj_result;
  * reached: u in u (x - 1) = 1 as x tends to 1. (Multipliers, which grow at a dead centre too, are none of these.) The reason is `blow_up` then, of
  * that variable. False, and nothing is changed: it is not so. Costs one evaluation of the rows and an elimination. */
 bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_result *r);
+/* The motion tends to a zero of the pivot, which depends on a variable that grows without bound as it does so (x y + 1 as x tends to 0 and y to infinity): no place
+ * of the set is lost. The reason is `blow_up` then, of that variable. False, and nothing is changed: it is not so. */
+bool endings_grows_with(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r);
 /* The motion ended by a rank where no pivot that can be 0 is near it: something tends to 0 that is 0 nowhere (exp(y) as y falls), and a derivative that it
  * divides grows without bound. The reason is `blow_up` then, of that variable. False, and nothing is changed: it is not so. */
 bool endings_steep(struct flow *f, const struct traj_request *rq, struct traj_result *r);
 /* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
 #define ENDINGS_NEAR 1e-2
-/* The pivot tends to 0 where the motion ended: that is when, if it is near, and not before the last row. */
-void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r);
+/* The pivot tends to 0 where the motion ended: that is when, if it is so near (of the way made), and not before the last row. */
+void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, double near, struct traj_result *r);
 
 #endif

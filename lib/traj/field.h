@@ -122,6 +122,9 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
 #define FIELD_SOON 1e-3        /* apart, where the motion itself grows without bound */
 /* When that pivot is 0, from the last point inside, to the third power of the way there; not a number: not known. */
 double field_zero_ahead(struct field *f, int pivot);
+/* The variable that grows most as a pole at the zero of this pivot does, ahead of the last point inside, where the pivot depends on such a one; -1: it depends on
+ * none. start: of the motion. */
+int field_grows_with(struct field *f, int pivot, const double *start);
 
 /* Inside this module.
  *

@@ -142,6 +142,10 @@ void field_fall_refine(struct field *f)
     int n = f->n, q = f->fell;
     assert(q >= f->sides && q < f->chosen);       /* a pivot of the reduction */
     double way = f->fell_t - f->home_t, *y = sga_malloc(2 * (size_t)(n + 1) * sizeof *y), *ahead = y + n + 1;
+    if (way * (f->home_t - f->start_t) <= 0) {     /* a trial of long ago saw it where the motion has been since */
+        way = END_NEAR * (f->home_t - f->start_t);
+        f->fell_t = f->home_t;
+    }
     field_load(f, f->home_t, f->home);
     if (f->fast && num_tape_eval(f->direct, f->in, f->direct_out)) {
         for (int j = 0; j < n; j++)

@@ -144,6 +144,30 @@ static bool rises(const struct field *f, const double *start, const double *v, d
     return any;
 }
 
+int field_grows_with(struct field *f, int pivot, const double *start)
+{
+    const size_t n = (size_t)f->n;
+    double *x = sga_malloc(2 * (n + 1) * sizeof *x), *v = x + n + 1, p[2], most = 0;
+    unsigned char *grows = sga_calloc((size_t)f->sys->store->symbols + 1, 1);
+    int which = -1;
+    sga_copy(x, f->here, f->n);
+    bool known = plain(f, f->here_t, x, v) && along(f, f->pivot_expr[pivot], f->here_t, x, v, p) && p[1] != 0;
+    double way = known ? -p[0] / p[1] : 0;
+    for (int j = 0; j < f->n && way * (f->here_t - f->start_t) > 0; j++) {
+        double by = fabs(x[j]) / (1 + fabs(start[j]));
+        if (!(by > LARGE_THERE) || !(fabs(v[j] * way) > AS_POLE * fabs(x[j])))
+            continue;
+        grows[f->sys->variable[j].symbol] = 1;
+        which = by > most ? j : which;
+        most = fmax(most, by);
+    }
+    if (which >= 0 && stays_finite(f, f->pivot_expr[pivot], grows))
+        which = -1;
+    free(x);
+    free(grows);
+    return which;
+}
+
 /* What is never 0 tends to 0 only as something grows without bound. */
 static bool may_vanish(const struct field *f, expr_id p)
 {
