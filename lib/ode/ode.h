@@ -143,6 +143,9 @@ struct ode_problem {
     /* NULL: there are none such. Otherwise implicit steps are made on them (pattern and jacobian are not asked for), and auto makes no others:
      * an evaluation of rhs, which must solve the same equations, costs as much as a factorisation for a step. */
     const struct ode_implicit *implicit;
+    /* Where implicit is NULL: such equations for implicit steps, beside which auto makes others too; asked for where the first of them is made. They are better where
+     * rhs divides by what tends to 0: the stages are solved in a few turns as long as the equations themselves bend little. NULL, or it returns NULL: none. */
+    const struct ode_implicit *(*equations)(void *ctx);
     /* For the Taylor method: coefficients along the solution from (t, x), those of
      * s -> x(t + s scale), order by order: series[k * n + j] for k = 0 .. order. *reach: the least s in (0, 1] at which the field switches (abs and
      * the like), beyond which they do not hold; INFINITY. False: they are not finite, or

@@ -88,11 +88,10 @@ static void colour(struct ode_partials *d)
     free(row);
 }
 
-void ode_partials_init(struct ode_partials *d, const struct ode_problem *p)
+void ode_partials_init(struct ode_partials *d, const struct ode_problem *p, const struct lin_sparse *known)
 {
     size_t n = (size_t)p->n;
     *d = (struct ode_partials){.p = p};
-    const struct lin_sparse *known = p->implicit ? p->implicit->pattern : p->pattern;
     d->pattern = known ? lin_sparse_new(p->n, p->n, known->ptr, known->col) : full(p->n);
     d->x = sga_malloc((5 * n + 1) * sizeof *d->x);
     d->up = d->x + n;

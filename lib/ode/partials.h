@@ -13,7 +13,8 @@ struct ode_partials {
     double *x, *up, *down, *delta, *scale; /* n each */
 };
 
-void ode_partials_init(struct ode_partials *d, const struct ode_problem *p);
+/* known: the pattern, copied; NULL: full. */
+void ode_partials_init(struct ode_partials *d, const struct ode_problem *p, const struct lin_sparse *known);
 void ode_partials_clear(struct ode_partials *d);
 
 /* value (in the order of d->pattern) at the start of the step. The size of a difference is

@@ -38,9 +38,10 @@ static void *radau_alloc(const struct ode_problem *p)
     r->n = p->n;
     r->field_cost = p->cost > 0 ? p->cost : fmax(20, 20.0 * p->n);
     r->tab = radau_tables;
-    ode_partials_init(&r->partials, p);
+    r->eq = p->implicit || !p->equations ? p->implicit : p->equations(p->ctx);
+    ode_partials_init(&r->partials, p, r->eq ? r->eq->pattern : p->pattern);
     r->lin = lin_shift_new(r->partials.pattern);
-    size_t entries = (size_t)r->partials.pattern->ptr[p->n], more = p->implicit ? block + entries : 0;
+    size_t entries = (size_t)r->partials.pattern->ptr[p->n], more = r->eq ? block + entries : 0;
     r->memory = sga_calloc(5 * block + 4 * n + entries + more + 1, sizeof *r->memory);
     r->z = r->memory;
     r->w = r->z + block;
@@ -51,8 +52,8 @@ static void *radau_alloc(const struct ode_problem *p)
     r->scale = r->pair + 2 * n;
     r->err = r->scale + n;
     r->jac = r->err + n;
-    r->v = p->implicit ? r->jac + entries : NULL;
-    r->mass = p->implicit ? r->v + block : NULL;
+    r->v = r->eq ? r->jac + entries : NULL;
+    r->mass = r->eq ? r->v + block : NULL;
     r->eta = 1;
     return r;
 }
@@ -98,7 +99,7 @@ static double norm(const struct radau *r, const struct ode_step *step, const dou
 static double filtered(struct radau *r, struct ode_field *field, const struct ode_step *step, double t, const double *x, const double *f, const double *weight, double sign)
 {
     const struct radau_table *tab = r->tab;
-    const struct ode_implicit *eq = field->p->implicit;
+    const struct ode_implicit *eq = r->eq;
     assert(r->factored_h == step->h && r->factored_tab == tab);       /* the matrix is this step's */
     if (!eq && !f && !ode_eval(field, t, x, r->pair))
         return INFINITY;

@@ -9,6 +9,7 @@ struct radau {
     int n;
     double field_cost;             /* of one evaluation, in multiplications */
     const struct radau_table *tab;
+    const struct ode_implicit *eq; /* the problem's equations; or NULL */
     struct ode_partials partials;
     struct lin_shift *lin;
     double *jac;                   /* in the pattern's order */

@@ -113,7 +113,7 @@ static void derivatives(struct radau *r, double h)
 static bool evaluate(struct radau *r, struct ode_field *field, const struct ode_step *step)
 {
     const struct radau_table *t = r->tab;
-    const struct ode_implicit *eq = field->p->implicit;
+    const struct ode_implicit *eq = r->eq;
     if (eq)
         derivatives(r, step->h);
     for (int i = 0; i < t->s; i++) {
@@ -230,7 +230,7 @@ static const double SHORTEST = 1e-9;
 
 static bool matrices(struct radau *r, struct ode_field *field, struct ode_step *step)
 {
-    const struct ode_implicit *eq = field->p->implicit;
+    const struct ode_implicit *eq = r->eq;
     field->stats->jacobians++;
     r->factored_h = 0;
     step->cost += 2;

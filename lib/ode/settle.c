@@ -36,7 +36,7 @@ double ode_settle_most(const struct ode_march *m, double error)
 {
     if (!m->p->project)
         return INFINITY;
-    double least = m->p->implicit && m->method->implicit ? 1 : HARMLESS;      /* stages on the equations are solved to a part of the error allowed */
+    double least = (m->p->implicit || m->p->equations) && m->method->implicit ? 1 : HARMLESS;      /* stages on the equations are solved to a part of the error allowed */
     return sga_larger(10 * error, sga_larger(least, m->grain.allowed));
 }
 

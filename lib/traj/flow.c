@@ -296,6 +296,7 @@ void flow_clear(struct flow *f)
     charts_clear(f);
     manifold_clear(&f->manifold);
     field_clear(&f->field);
+    whole_free(f->beside);
     series_clear(f->series);
     given_clear(f->given);
     free(f->noise);
@@ -377,6 +378,24 @@ static bool over(void *ctx, double *t)
 
 static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
 
+/* A reduced field that divides by what may vanish: beside a zero of it (slow manifolds run into folds so) the field changes so fast that the stages of
+ * implicit steps are found on the equations alone. Where these do not bend, hold no sides and leave nothing to choose. */
+static bool has_equations(const struct flow *f)
+{
+    const struct field *field = &f->field;
+    bool plain = !field->whole && !field->reduced && !field->rates && !field->choice.field && field->generic_rank == f->n;
+    return plain && f->n < WHOLE_VARIABLES && field->chosen > field->sides && !field->switches.count && !f->sys->signals && !f->turn && !f->charts;
+}
+
+static const struct ode_implicit *equations(void *ctx)
+{
+    struct flow *f = ctx;
+    if (!f->beside_asked)
+        f->beside = whole_new(&f->field, f->field.home_t, f->field.home);
+    f->beside_asked = true;
+    return f->beside ? whole_equations(f->beside) : NULL;
+}
+
 void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq->budget ? rq->budget->exec : NULL, rq->programs); }
 
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
@@ -389,6 +408,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,
                                  .implicit = f->field.whole ? whole_equations(f->field.whole) : NULL,
+                                 .equations = has_equations(f) ? equations : NULL,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,

@@ -45,6 +45,7 @@ struct flow {
     double *noise;                /* n: see flow_noise; NULL until it is asked for */
     struct variation_turn *turn;  /* of motions with derivatives that come to switches; or NULL */
     struct charts *charts;        /* owned; NULL: the motion has one (charts.h) */
+    struct whole *beside; bool beside_asked;  /* owned: the equations, for implicit steps beside others (flow_problem); or NULL */
     double *knot; int knots;      /* of the tables, inside the motion's times, in its order */
 };
 

@@ -215,14 +215,16 @@ static void equations_pattern(struct whole *w)
     free(entry);
 }
 
+static struct whole *of(const struct flow *f) { return f->field.whole ? f->field.whole : f->beside; }
+
 static bool residual(void *flow, double t, const double *x, const double *v, double *r)
 {
-    return whole_residual(((struct flow *)flow)->field.whole, t, x, v, r);
+    return whole_residual(of(flow), t, x, v, r);
 }
 
 static bool matrices(void *flow, double t, const double *x, const double *v, double *mass, double *slope)
 {
-    return whole_matrices(((struct flow *)flow)->field.whole, t, x, v, mass, slope);
+    return whole_matrices(of(flow), t, x, v, mass, slope);
 }
 
 struct whole *whole_new(struct field *f, double t, const double *x)
