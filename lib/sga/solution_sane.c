@@ -16,7 +16,7 @@ static bool constraints_sane(const struct sys_system *sys, const struct sga_solu
     for (int i = 0; i < s->constraints && sane; i++) {
         const struct sga_constraint *c = s->constraint + i;
         sane = c->expr > 0 && c->expr < sys->store->nodes && c->generation >= (i ? s->constraint[i - 1].generation : 1)
-               && c->generation <= s->generations + (s->verdict == SGA_INCONSISTENT) && c->restriction < sys->restrictions && parts_sane(sys, c->part, c->parts, s->constraints);
+               && c->generation <= s->generations + (s->verdict == SGA_INCONSISTENT) && c->restriction < sys->restrictions + s->specials && parts_sane(sys, c->part, c->parts, s->constraints);
     }
     return sane;
 }
