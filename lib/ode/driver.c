@@ -372,11 +372,21 @@ static double after_step(struct ode_march *m, double taken)
     return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
 }
 
-/* Whether the field ends for good just beyond the present point, and no sample lies between. */
+/* Steps that lead nowhere any more may be made in another way. */
+static bool otherwise(struct ode_march *m)
+{
+    if (!m->method->otherwise || !m->method->otherwise(m->state))
+        return false;
+    if (m->p->otherwise)
+        m->p->otherwise(m->p->ctx);
+    return true;
+}
+
+/* Whether the field ends for good just beyond the present point, and no sample lies between. Where the motion has been it does not end. */
 static bool over(struct ode_march *m)
 {
     double t, near = fmax(AT_ENDING, 0.1 * m->o->rtol) * fabs(m->t - m->start->t);
-    if (!m->p->over || !m->p->over(m->p->ctx, &t) || (t - m->start->times[m->next]) * m->direction > near)
+    if (!m->p->over || !m->p->over(m->p->ctx, &t) || (t - m->start->times[m->next]) * m->direction > near || (t - m->t) * m->direction < 0)
         return false;
     ode_end_at(m, ODE_SINGULAR, "a rank drops here: the field or the constraints are singular");
     m->res->end.t = t;
@@ -448,6 +458,8 @@ static void go(struct ode_march *m, bool accompanied)
             ode_kinks_held(m);
             h = taken * after_refusal(m, cause);
         }
+        if (h < smallest_step(m) && otherwise(m))
+            h = sga_larger(fabs(m->t - m->last_times[1]), 2 * smallest_step(m));
         if (h < smallest_step(m)) {
             ode_end_refused(m, cause == NOT_SOLVED ? ERROR_TOO_LARGE : cause);
             return;

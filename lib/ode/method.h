@@ -93,6 +93,8 @@ struct ode_method {
     double (*accepted)(void *state, const struct ode_step *step, double factor);
     /* The last attempt led nowhere, or other methods made steps since. May be NULL. */
     void (*forget)(void *state);
+    /* Steps are as short as can be. True: from now on they are made in another way, from which no step was made yet. May be NULL. */
+    bool (*otherwise)(void *state);
     /* After attempt and with x1, f1 set: prepare dense output; may evaluate, and may find
      * that step->dense_error is larger. */
     bool (*dense_begin)(void *state, struct ode_field *field, struct ode_step *step);

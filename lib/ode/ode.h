@@ -168,6 +168,9 @@ struct ode_problem {
      * the same field and manifold are computed in another way, which has more digits here, and x was moved to the manifold as that has it. */
     bool (*taken)(void *ctx, double t, double *x);
     void (*refused)(void *ctx);
+    /* Implicit steps on `equations` came to where none is short enough, and are made on rhs from the last point on: what trials beyond it have told of the end is
+     * forgotten. May be NULL. */
+    void (*otherwise)(void *ctx);
     /* Before a step is taken of a method that has looked at few places of it: whether the field goes on along all of it. False: as when rhs
      * is. May be NULL. */
     bool (*along)(void *ctx, const struct ode_path *path);

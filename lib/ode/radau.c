@@ -31,17 +31,14 @@
 #define LOWER_ABOVE 0.8
 #define CHANGE_AFTER 10
 
-static void *radau_alloc(const struct ode_problem *p)
+/* Ready for steps on the equations eq, or on the field. */
+static void set_up(struct radau *r, const struct ode_problem *p, const struct ode_implicit *eq)
 {
-    struct radau *r = sga_calloc(1, sizeof *r);
     size_t n = (size_t)p->n, block = RADAU_STAGES * n;
-    r->n = p->n;
-    r->field_cost = p->cost > 0 ? p->cost : fmax(20, 20.0 * p->n);
-    r->tab = radau_tables;
-    r->eq = p->implicit || !p->equations ? p->implicit : p->equations(p->ctx);
-    ode_partials_init(&r->partials, p, r->eq ? r->eq->pattern : p->pattern);
+    *r = (struct radau){ .n = p->n, .p = p, .eq = eq, .tab = radau_tables, .eta = 1, .field_cost = p->cost > 0 ? p->cost : fmax(20, 20.0 * p->n) };
+    ode_partials_init(&r->partials, p, eq ? eq->pattern : p->pattern);
     r->lin = lin_shift_new(r->partials.pattern);
-    size_t entries = (size_t)r->partials.pattern->ptr[p->n], more = r->eq ? block + entries : 0;
+    size_t entries = (size_t)r->partials.pattern->ptr[p->n], more = eq ? block + entries : 0;
     r->memory = sga_calloc(5 * block + 4 * n + entries + more + 1, sizeof *r->memory);
     r->z = r->memory;
     r->w = r->z + block;
@@ -52,19 +49,41 @@ static void *radau_alloc(const struct ode_problem *p)
     r->scale = r->pair + 2 * n;
     r->err = r->scale + n;
     r->jac = r->err + n;
-    r->v = r->eq ? r->jac + entries : NULL;
-    r->mass = r->eq ? r->v + block : NULL;
-    r->eta = 1;
+    r->v = eq ? r->jac + entries : NULL;
+    r->mass = eq ? r->v + block : NULL;
+}
+
+static void clear(struct radau *r)
+{
+    ode_partials_clear(&r->partials);
+    lin_shift_free(r->lin);
+    free(r->memory);
+}
+
+static void *radau_alloc(const struct ode_problem *p)
+{
+    struct radau *r = sga_malloc(sizeof *r);
+    set_up(r, p, p->implicit || !p->equations ? p->implicit : p->equations(p->ctx));
     return r;
 }
 
 static void radau_free(void *state)
 {
+    clear(state);
+    free(state);
+}
+
+/* From the equations to the field, which has no value on the other side of what it divides by: where a solution is nearer to that than the tolerances, no step of
+ * the equations' knows on which side it is. */
+static bool radau_otherwise(void *state)
+{
     struct radau *r = state;
-    ode_partials_clear(&r->partials);
-    lin_shift_free(r->lin);
-    free(r->memory);
-    free(r);
+    const struct ode_problem *p = r->p;
+    if (!r->eq || p->implicit)
+        return false;
+    clear(r);
+    set_up(r, p, NULL);
+    return true;
 }
 
 static void radau_forget(void *state)
@@ -257,6 +276,7 @@ const struct ode_method ode_radau = {
     .attempt = radau_attempt,
     .accepted = radau_accepted,
     .forget = radau_forget,
+    .otherwise = radau_otherwise,
     .dense_begin = radau_dense_begin,
     .dense_at = radau_dense_at,
 };

@@ -7,6 +7,7 @@
 
 struct radau {
     int n;
+    const struct ode_problem *p;
     double field_cost;             /* of one evaluation, in multiplications */
     const struct radau_table *tab;
     const struct ode_implicit *eq; /* the problem's equations; or NULL */

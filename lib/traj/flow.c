@@ -376,14 +376,23 @@ static bool over(void *ctx, double *t)
     return f->over;
 }
 
+static void otherwise(void *ctx)
+{
+    struct field *f = &((struct flow *)ctx)->field;
+    field_forget_trial(f);
+    f->lost_pivot = -1;
+    f->rank_lost = false;
+}
+
 static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
 
 /* A reduced field that divides by what may vanish: beside a zero of it (slow manifolds run into folds so) the field changes so fast that the stages of
- * implicit steps are found on the equations alone. Where these do not bend, hold no sides and leave nothing to choose. */
+ * implicit steps are found on the equations alone. Where these have no constraints (whose
+ * branches steps could leave), do not bend, hold no sides and leave nothing to choose. */
 static bool has_equations(const struct flow *f)
 {
     const struct field *field = &f->field;
-    bool plain = !field->whole && !field->reduced && !field->rates && !field->choice.field && field->generic_rank == f->n;
+    bool plain = !f->manifold.c && !field->whole && !field->reduced && !field->rates && !field->choice.field && field->generic_rank == f->n;
     return plain && f->n < WHOLE_VARIABLES && field->chosen > field->sides && !field->switches.count && !f->sys->signals && !f->turn && !f->charts;
 }
 
@@ -408,7 +417,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,
                                  .implicit = f->field.whole ? whole_equations(f->field.whole) : NULL,
-                                 .equations = has_equations(f) ? equations : NULL,
+                                 .equations = has_equations(f) ? equations : NULL, .otherwise = otherwise,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
