@@ -135,6 +135,9 @@ void field_load(struct field *f, double t, const double *x);
 /* field_rows.c. v at in from the rows that define the field, of least norm, and their rank. False: they have no value there.
  * Costs the cube of the variables, their square where the rows' matrix is as it was. */
 bool field_general(struct field *f, double *v, int *rank);
+/* field_rows.c. The rank at the place in f->in, a row of the equations that has all but vanished since (t, x) counting as 0 (x1 x3' = x1^2 beside x1 = 0), which by
+ * itself has an entry as large as any other. -1: no value at one of them. Costs two evaluations of the rows and one elimination. */
+int field_rank_since(struct field *f, double t, const double *x);
 /* What field_general has made room for and kept; it is made anew where it is asked for next. */
 void field_rows_forget(struct field *f);
 /* The same rank at the start where entries are 0 that roundings, of values and of what of the start was not given, do not tell from it; -1: no value.

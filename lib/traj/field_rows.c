@@ -86,6 +86,9 @@ static bool evaluate(struct field *f, bool *same)
     return true;
 }
 
+/* Of a row of the equations: beside a zero it is this much smaller, however well the place is known. */
+static const double VANISHED = 1e-10;
+
 /* f->kept as a dense matrix for v over its units, each row divided by its largest entry. */
 static void fill(struct field *f, int m)
 {
@@ -209,6 +212,30 @@ bool field_general(struct field *f, double *v, int *rank)
         if (!isfinite(v[j]))
             return false;
     return true;
+}
+
+int field_rank_since(struct field *f, double t, const double *x)
+{
+    int m = f->rows + f->c + f->rates, n = f->n, rank = -1;
+    double *there = sga_malloc(((size_t)(n + 1) + (size_t)f->rows) * sizeof *there), *was = there + n + 1;
+    bool same;
+    memcpy(there, f->in, (size_t)(n + 1) * sizeof *there);
+    field_load(f, t, x);
+    if (evaluate(f, &same)) {
+        fill(f, m);
+        sga_copy(was, f->row_size, f->rows);
+        sga_copy(f->in, there, n + 1);
+        if (evaluate(f, &same)) {
+            fill(f, m);
+            for (int i = 0; i < f->rows; i++)
+                if (f->row_size[i] <= VANISHED * was[i])
+                    memset(f->M + (size_t)i * (size_t)n, 0, (size_t)n * sizeof *f->M);
+            rank = points_least_norm_factor(m, n, f->M, f->perm, f->qr);
+        }
+    }
+    f->kept_rank = -1;
+    free(there);
+    return rank;
 }
 
 /* The entries at the start, moved by so many times what a start may be off by: two tries, in what was found and not given. */

@@ -194,7 +194,7 @@ static bool rank_at_change(struct field *f, double t, const double *x, int pivot
     int n = f->n, rank = 0;
     double *y = sga_malloc((size_t)(n + 1) * sizeof *y), *v = sga_malloc((size_t)(n + 1) * sizeof *v);
     double place = field_place_of_change(f, pivot, f->pivot_side[pivot], t, x, DBL_EPSILON, y);
-    bool holds = field_general(f, v, &rank) && rank >= f->rank;
+    bool holds = field_general(f, v, &rank) && rank >= f->rank && (f->whole || field_rank_since(f, f->home_t, f->home) >= f->rank);
     free(y);
     free(v);
     if (field_rank_falls(f, pivot, t, x)) {

@@ -16,8 +16,9 @@
 /* Variables this much larger than where the motion started are on their way to infinity. */
 static const double GROWN = 1e3;
 /* The pivot is nearly 0, and going on as it does it reaches 0 within this part of the time passed. The first pair is for
- * motions that stop short of the stratum, because what grows leaves no digits for steps. */
-static const struct { double shrunk, soon; } near_zero[] = { { 1e-4, 1e-3 }, { 1, 1e-5 } };
+ * motions that stop short of the stratum, because what grows leaves no digits for steps; the second for roots, of the fifth degree at the most. (Beside a
+ * stiff end velocities are roundings, and any pivot seems to fall.) */
+static const struct { double shrunk, soon; } near_zero[] = { { 1e-4, 1e-3 }, { 0.1, 1e-5 } };
 
 /* Zeros of higher order fall early, and are told by where they are. */
 static const double SMALL_THERE = 1e-2, LARGE_THERE = 10, AS_POLE = 0.3;
@@ -102,7 +103,7 @@ static bool runge(struct field *f, double t, double h, double *x)
  * point inside. What grows has no part in p, nor, as far as the field is smooth in the others, in these. */
 double field_zero_ahead(struct field *f, int pivot)
 {
-    enum { PLACES = 3 };
+    enum { PLACES = 3, FINE = 8 };         /* what grows as a pole falls by half on the first of these ways: steps are as many times shorter */
     static const double back[PLACES] = { 0, 1, 3 };
     size_t n = (size_t)f->n;
     double *x = sga_malloc(2 * (n + 1) * sizeof *x), *v = x + n + 1, t[PLACES], u[PLACES], p[2], gap = 0;
@@ -111,8 +112,8 @@ double field_zero_ahead(struct field *f, int pivot)
     for (int k = 0; k < PLACES && ok; k++) {
         for (size_t j = 0; j < n; j++)
             x[j] = f->here[j];
-        for (int s = 0; s < (int)back[k] && ok; s++)
-            ok = runge(f, f->here_t - s * gap, -gap, x);
+        for (int s = 0; s < FINE * (int)back[k] && ok; s++)
+            ok = runge(f, f->here_t - s * gap / FINE, -gap / FINE, x);
         t[k] = -back[k] * gap;
         ok = ok && plain(f, f->here_t + t[k], x, v) && along(f, f->pivot_expr[pivot], f->here_t + t[k], x, v, p) && p[1] != 0;
         u[k] = ok ? p[0] / p[1] : 0;
