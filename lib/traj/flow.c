@@ -387,8 +387,8 @@ static void otherwise(void *ctx)
 static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field); }
 
 /* A reduced field that divides by what may vanish: beside a zero of it (slow manifolds run into folds so) the field changes so fast that the stages of
- * implicit steps are found on the equations alone. Where these have no constraints (whose
- * branches steps could leave), do not bend, hold no sides and leave nothing to choose. */
+ * implicit steps are found on the equations alone. Where these have no constraints (whose branches steps could leave), no bends and no sides, and leave
+ * nothing to choose. */
 static bool has_equations(const struct flow *f)
 {
     const struct field *field = &f->field;
@@ -401,6 +401,8 @@ static const struct ode_implicit *equations(void *ctx)
     struct flow *f = ctx;
     if (!f->beside_asked)
         f->beside = whole_new(&f->field, f->field.home_t, f->field.home);
+    if (!f->field.M)
+        field_rows_forget(&f->field);      /* room for whole rows is no room for the elimination */
     f->beside_asked = true;
     return f->beside ? whole_equations(f->beside) : NULL;
 }
