@@ -11,7 +11,6 @@
 #include "march.h"
 #include "mem.h"
 
-#define AT_ENDING 1e-7         /* of the way made: a sample this near to an ending is not asked for */
 #define BREAK_PART 0.41
 #define ENOUGH 0.3             /* of the time that is left */
 #define FIRST_SERIES 1000.0    /* times longer than usual: a bound for the first step */
@@ -382,17 +381,6 @@ static bool otherwise(struct ode_march *m)
     return true;
 }
 
-/* Whether the field ends for good just beyond the present point, and no sample lies between. Where the motion has been it does not end. */
-static bool over(struct ode_march *m)
-{
-    double t, near = fmax(AT_ENDING, 0.1 * m->o->rtol) * fabs(m->t - m->start->t);
-    if (!m->p->over || !m->p->over(m->p->ctx, &t) || (t - m->start->times[m->next]) * m->direction > near || (t - m->t) * m->direction < 0)
-        return false;
-    ode_end_at(m, ODE_SINGULAR, "a rank drops here: the field or the constraints are singular");
-    m->res->end.t = t;
-    return true;
-}
-
 /* Steps are cut short for other reasons than their errors. */
 static bool is_bounded(const struct ode_march *m)
 {
@@ -445,7 +433,7 @@ static void go(struct ode_march *m, bool accompanied)
             if (m->late)       /* a step that was cut short to a sample may be of a few roundings of time only */
                 h = fmax(h, 2 * smallest_step(m));
             cause = ERROR_TOO_LARGE;   /* what it is if h is too small now */
-        } else if (cause == ENDED || ((cause == FIELD_REFUSED || cause == NOT_SOLVED || cause == MANIFOLD_REFUSED) && over(m))) {
+        } else if (cause == ENDED || ((cause == FIELD_REFUSED || cause == NOT_SOLVED || cause == MANIFOLD_REFUSED) && ode_is_over(m))) {
             return;
         } else if (cause == STEP_CUT) {
             m->res->stats.refused++;

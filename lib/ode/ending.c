@@ -15,6 +15,8 @@
 #define GROWTH 1e3
 /* A state this much larger than the start's has blown up, whatever stopped it. */
 #define HUGE_STATE 1e50
+/* Of the way made: a sample this near to an ending is not asked for. */
+#define AT_ENDING 1e-7
 /* Beyond this nobody can tell what is unbounded from what is large. */
 #define END_OF_RANGE 1e290
 
@@ -135,6 +137,16 @@ void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
         ode_end_at(m, why, "no point near the solution satisfies the constraints beyond this time");
     else
         ode_end_at(m, why, "a rank drops here: the field or the constraints are singular");
+}
+
+bool ode_is_over(struct ode_march *m)
+{
+    double t, near = fmax(AT_ENDING, 0.1 * m->o->rtol) * fabs(m->t - m->start->t);
+    if (!m->p->over || !m->p->over(m->p->ctx, &t) || (t - m->start->times[m->next]) * m->direction > near || (t - m->t) * m->direction < 0)
+        return false;
+    ode_end_at(m, ODE_SINGULAR, "a rank drops here: the field or the constraints are singular");
+    m->res->end.t = t;
+    return true;
 }
 
 /* Samples past the time of the ending are taken back. */

@@ -228,6 +228,9 @@ void ode_end_event(struct ode_march *m);
 /* ending.c: fills res->end. */
 void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail);
 void ode_end_refused(struct ode_march *m, enum ode_refusal cause);
+/* After a step that the field refused: whether it ends for good just beyond the present point, and no sample lies between. Where the motion has been it does not
+ * end. True: the end is set. */
+bool ode_is_over(struct ode_march *m);
 /* The derivative, over the time passed, is far beyond the size, and beyond what it was at the start. */
 bool ode_grows(const struct ode_march *m);
 void ode_end_steps(struct ode_march *m, bool foreseen);

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "kinds.h"
 #include "mem.h"
 #include "points.h"
 #include "points_space.h"
@@ -23,8 +25,12 @@ static const double NONE = 1e-10, BESIDE = 0.1;
  * beside then. */
 static void sizes_beside(struct field *f, double t, const double *x)
 {
-    for (int j = 0; j < f->n; j++)
-        f->in[j] = x[j] + BESIDE * (fabs(x[j]) + (f->unit ? f->unit[j] : 1)) * sin(1.3 + 2.1 * j);
+    SGA_FREED int *by_name = sga_malloc(((size_t)f->n + 1) * sizeof *by_name);
+    sys_by_name(f->sys, by_name);
+    for (int i = 0; i < f->n; i++) {
+        int j = by_name[i];
+        f->in[j] = x[j] + BESIDE * (fabs(x[j]) + (f->unit ? f->unit[j] : 1)) * sin(1.3 + 2.1 * i);
+    }
     num_tape_eval(f->direct, f->in, f->direct_out);
     for (int q = 0; q < f->pivots; q++) {
         double p = fabs(f->direct_out[f->n + q]);

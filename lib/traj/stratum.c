@@ -136,12 +136,17 @@ double field_zero_ahead(struct field *f, int pivot)
     return fabs(at - line) <= ALIKE * fabs(at) ? f->here_t + at : NAN;     /* else it is no zero that these see */
 }
 
-/* Some variable is large, and grows as what has a pole at the end of this way does (a turn back has a derivative without bound, too). */
-static bool rises(const struct field *f, const double *start, const double *v, double way)
+/* Variable j is large, and grows as what has a pole at the end of this way does (a turn back has a derivative without bound, too). */
+static bool rises(const struct field *f, const double *start, const double *v, double way, int j)
+{
+    return fabs(f->here[j]) > LARGE_THERE * (1 + fabs(start[j])) && fabs(v[j] * way) > AS_POLE * fabs(f->here[j]);
+}
+
+static bool any_rises(const struct field *f, const double *start, const double *v, double way)
 {
     bool any = false;
-    for (int j = 0; j < f->n; j++)
-        any |= fabs(f->here[j]) > LARGE_THERE * (1 + fabs(start[j])) && fabs(v[j] * way) > AS_POLE * fabs(f->here[j]);
+    for (int j = 0; j < f->n && !any; j++)
+        any = rises(f, start, v, way, j);
     return any;
 }
 
@@ -151,12 +156,13 @@ int field_grows_with(struct field *f, int pivot, const double *start)
     double *x = sga_malloc(2 * (n + 1) * sizeof *x), *v = x + n + 1, p[2], most = 0;
     unsigned char *grows = sga_calloc((size_t)f->sys->store->symbols + 1, 1);
     int which = -1;
+    assert(pivot >= 0 && pivot < f->pivots);
     sga_copy(x, f->here, f->n);
     bool known = plain(f, f->here_t, x, v) && along(f, f->pivot_expr[pivot], f->here_t, x, v, p) && p[1] != 0;
     double way = known ? -p[0] / p[1] : 0;
     for (int j = 0; j < f->n && way * (f->here_t - f->start_t) > 0; j++) {
         double by = fabs(x[j]) / (1 + fabs(start[j]));
-        if (!(by > LARGE_THERE) || !(fabs(v[j] * way) > AS_POLE * fabs(x[j])))
+        if (!rises(f, start, v, way, j))
             continue;
         grows[f->sys->variable[j].symbol] = 1;
         which = by > most ? j : which;
@@ -256,7 +262,7 @@ int field_approaches(struct field *f, const double *start, double start_t, doubl
         double left = left_to_zero(f, f->pivot_expr[q], f->pivot_start[q], &end, &value, &near);
         if (!near && left > 0 && value <= SMALL_THERE * f->pivot_start[q]) {
             double zero = field_zero_ahead(f, q);
-            near = fabs(zero - end_t) <= apart * fabs(end.passed) && rises(f, start, end.v, zero - f->here_t);
+            near = fabs(zero - end_t) <= apart * fabs(end.passed) && any_rises(f, start, end.v, zero - f->here_t);
         }
         if (near && left < soonest && !(of_pole < POLE_FIRST * left)) {
             soonest = left;
