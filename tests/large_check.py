@@ -172,6 +172,7 @@ def main():
         if all(counts):
             grows(tally, name, *counts, 1.1)
     answered(tally, solver, "truss", 45)      # rows held far from where starts are drawn
+    answered(tally, solver, "stokes", 45)     # most of what an elimination would fill are columns that become no pivots
     dense(tally, solver)
     faults(tally, solver)
     large_faults(tally, solver)

@@ -5,31 +5,21 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "arena.h"
 #include "mem.h"
+#include "sparse_work.h"
 
-struct list {
-    int *item;
-    size_t cap;
-    int count;
-};
+/* So many multiplications come first, for each entry and of few; of few rows all. */
+enum { FEW_ROWS = 200, WORK_EACH = 300 };
+static const double WORK_FEW = 1e6;
 
-static void list_add(struct list *l, int item)
+static void list_add(struct points_list *l, int item)
 {
     SGA_RESERVE(l->item, l->cap, l->count + 1);
     l->item[l->count++] = item;
 }
-
-struct work {
-    struct points_lu *lu;
-    unsigned char *done;
-    double *norm;                 /* by row: first largest entry */
-    struct list *by_length, *meet;
-    int *count;                   /* by column: rows that are not done and have an entry there */
-    int *at;                      /* by column: where the row in work has it, if the row says so too */
-    int lowest;
-    double tiny;
-};
 
 static int find(const struct points_row *r, int col)
 {
@@ -39,16 +29,17 @@ static int find(const struct points_row *r, int col)
     return -1;
 }
 
-static double largest(const struct points_row *r)
+/* The largest entry, of all columns or of some. */
+static double largest(const struct points_row *r, const unsigned char *of)
 {
     double m = 0;
     for (int k = 0; k < r->len; k++)
-        if (fabs(r->val[k]) > m)
+        if (fabs(r->val[k]) > m && (!of || of[r->col[k]]))
             m = fabs(r->val[k]);
     return m;
 }
 
-static void file_row(struct work *w, int i)
+void points_work_file(struct points_work *w, int i)
 {
     int len = w->lu->row[i].len;
     list_add(w->by_length + len, i);
@@ -73,7 +64,7 @@ static void append(struct points_row *r, int c, double v)
 }
 
 /* row i -= f * row p; the pivot column leaves row i */
-static void subtract(struct work *w, int i, int p, double f, int pivot_col)
+static void subtract(struct points_work *w, int i, int p, double f, int pivot_col)
 {
     struct points_row *r = w->lu->row + i;
     const struct points_row *q = w->lu->row + p;
@@ -98,7 +89,7 @@ static void subtract(struct work *w, int i, int p, double f, int pivot_col)
 }
 
 /* Row r is none of those that are left any more. */
-static void leave(struct work *w, int r)
+static void leave(struct points_work *w, int r)
 {
     const struct points_row *row = w->lu->row + r;
     w->done[r] = 1;
@@ -108,17 +99,22 @@ static void leave(struct work *w, int r)
 
 /* The shortest row with an acceptable entry, and in it the column that meets the fewest
  * rows among the entries not below a tenth of the largest. */
-static bool choose(struct work *w, int *out_row, int *out_col)
+static bool choose(struct points_work *w, int *out_row, int *out_col)
 {
     for (int len = w->lowest; len <= w->lu->cols; len++) {
-        struct list *l = w->by_length + len;
+        struct points_list *l = w->by_length + len;
         w->lowest = len;
         while (l->count) {
             int i = l->item[--l->count];
             const struct points_row *r = w->lu->row + i;
             if (w->done[i] || r->len != len)
                 continue;
-            double big = largest(r);
+            const unsigned char *of = w->kept;
+            double big = largest(r, of);
+            if (of && !(big > w->tiny * w->norm[i])) {
+                of = NULL;
+                big = largest(r, of);
+            }
             if (!(big > w->tiny * w->norm[i])) {
                 leave(w, i);          /* numerically dependent on the rows before it */
                 continue;
@@ -126,7 +122,7 @@ static bool choose(struct work *w, int *out_row, int *out_col)
             int best = -1;
             for (int k = 0; k < r->len; k++) {
                 double v = fabs(r->val[k]);
-                if (v < 0.1 * big)
+                if (v < 0.1 * big || (of && !of[r->col[k]]))
                     continue;
                 if (best < 0 || w->count[r->col[k]] < w->count[r->col[best]]
                     || (w->count[r->col[k]] == w->count[r->col[best]] && v > fabs(r->val[best])))
@@ -140,11 +136,15 @@ static bool choose(struct work *w, int *out_row, int *out_col)
     return false;
 }
 
-static void eliminate(struct work *w)
+bool points_work_run(struct points_work *w)
 {
     struct points_lu *lu = w->lu;
     int r, c;
-    while (lu->rank < lu->rows && choose(w, &r, &c)) {
+    while (lu->rank < lu->rows) {
+        if (w->budget < 0)
+            return false;
+        if (!choose(w, &r, &c))
+            break;
         int step = lu->rank++;
         double p = lu->row[r].val[find(lu->row + r, c)];
         lu->pivot_row[step] = r;
@@ -163,53 +163,88 @@ static void eliminate(struct work *w)
                 lu->op[lu->ops++].factor = f;
             }
             subtract(w, i, r, f, c);
-            file_row(w, i);
+            w->budget -= lu->row[r].len;
+            if (w->first)
+                points_cut_row(w, i);
+            points_work_file(w, i);
         }
     }
+    return true;
+}
+
+void points_work_begin(struct points_work *w, struct sga_arena *mem, struct points_lu *lu, struct points_row *row, const struct points_problem *p, double tiny)
+{
+    int rows = p->rows, cols = p->cols;
+    *lu = (struct points_lu){ .rows = rows, .cols = cols, .row = row };
+    lu->pivot_row = sga_malloc((size_t)(rows + 1) * sizeof(int));
+    lu->pivot_col = sga_malloc((size_t)(rows + 1) * sizeof(int));
+    lu->pivot = sga_malloc((size_t)(rows + 1) * sizeof(double));
+    *w = (struct points_work){ .lu = lu, .lowest = cols, .tiny = tiny, .norm = p->norm, .budget = INFINITY };
+    w->done = sga_zeros(mem, (size_t)rows + 1, 1);
+    w->at = sga_zeros(mem, (size_t)cols + 1, sizeof *w->at);
+    w->count = sga_zeros(mem, (size_t)cols + 1, sizeof *w->count);
+    w->by_length = sga_zeros(mem, (size_t)cols + 1, sizeof *w->by_length);
+    w->meet = sga_zeros(mem, (size_t)cols + 1, sizeof *w->meet);
+    for (int i = 0; i < rows; i++) {
+        for (int k = 0; k < row[i].len; k++) {
+            w->count[row[i].col[k]]++;
+            list_add(w->meet + row[i].col[k], i);
+        }
+        points_work_file(w, i);
+    }
+}
+
+void points_work_end(struct points_work *w)
+{
+    for (int j = 0; j <= w->lu->cols; j++) {
+        free(w->by_length[j].item);
+        free(w->meet[j].item);
+    }
+    assert(w->lu->rank <= w->lu->rows && w->lu->rank <= w->lu->cols);
+}
+
+static void rows_free(struct points_row *row, int rows)
+{
+    for (int i = 0; i < rows && row; i++) {
+        free(row[i].col);
+        free(row[i].val);
+    }
+    free(row);
+}
+
+/* By column: twice the logarithm of how many rows it is in. */
+static void in_rows(const int *count, int cols, unsigned char *first)
+{
+    for (int j = 0; j < cols; j++)
+        first[j] = count[j] > 0 ? (unsigned char)(2 * log2(count[j])) : 0;
 }
 
 void points_lu_factor(struct points_lu *lu, struct points_row *row, int rows, int cols, double tiny)
 {
-    *lu = (struct points_lu){ .rows = rows, .cols = cols, .row = row };
-    lu->pivot_row = sga_malloc((size_t)rows * sizeof(int));
-    lu->pivot_col = sga_malloc((size_t)rows * sizeof(int));
-    lu->pivot = sga_malloc((size_t)rows * sizeof(double));
-    struct work w = { .lu = lu, .lowest = cols, .tiny = tiny };
-    w.done = sga_calloc((size_t)rows, 1);
-    w.norm = sga_malloc((size_t)rows * sizeof *w.norm);
-    w.at = sga_calloc((size_t)cols, sizeof *w.at);
-    w.count = sga_calloc((size_t)cols, sizeof *w.count);
-    w.by_length = sga_calloc((size_t)cols + 1, sizeof *w.by_length);
-    w.meet = sga_calloc((size_t)cols + 1, sizeof *w.meet);
+    SGA_ARENA(mem);
+    double *norm = sga_take(&mem, ((size_t)rows + 1) * sizeof *norm), most = WORK_FEW;
     for (int i = 0; i < rows; i++) {
-        w.norm[i] = largest(row + i);
-        for (int k = 0; k < row[i].len; k++) {
-            w.count[row[i].col[k]]++;
-            list_add(w.meet + row[i].col[k], i);
-        }
-        file_row(&w, i);
+        norm[i] = largest(row + i, NULL);
+        most += WORK_EACH * row[i].len;
     }
-    eliminate(&w);
-    for (int j = 0; j <= cols; j++) {
-        free(w.by_length[j].item);
-        free(w.meet[j].item);
+    struct points_work w;
+    points_work_begin(&w, &mem, lu, row, &(struct points_problem){ rows, cols, tiny, norm, NULL }, tiny);
+    unsigned char *first = NULL;
+    if (rows >= FEW_ROWS) {
+        w.budget = most;
+        first = sga_take(&mem, (size_t)cols + 1);
+        in_rows(w.count, cols, first);
     }
-    free(w.by_length);
-    free(w.meet);
-    free(w.done);
-    free(w.norm);
-    free(w.at);
-    free(w.count);
-    assert(lu->rank <= rows && lu->rank <= cols);
+    if (!points_work_run(&w) && !points_rest_by_columns(&w, first)) {
+        w.budget = INFINITY;
+        points_work_run(&w);
+    }
+    points_work_end(&w);
 }
 
 void points_lu_clear(struct points_lu *lu)
 {
-    for (int i = 0; i < lu->rows; i++) {
-        free(lu->row[i].col);
-        free(lu->row[i].val);
-    }
-    free(lu->row);
+    rows_free(lu->row, lu->rows);
     free(lu->pivot_row);
     free(lu->pivot_col);
     free(lu->pivot);
