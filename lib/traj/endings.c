@@ -92,24 +92,38 @@ static void say_rank(struct flow *f, const struct traj_request *rq, struct traj_
         endings_at_zero(f, rq, field->lost_pivot, BESIDE, r);
 }
 
+/* A pivot of the gauge choice tends to 0 where it ends, and what grows does so for that. */
+static bool say_rates(struct flow *f, const struct traj_request *rq, double apart, struct traj_result *r)
+{
+    int pivot = f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, true, NULL) : -1;
+    size_t before = strlen(r->ended_detail);
+    if (pivot < 0)
+        return false;
+    SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
+    snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text);
+    return true;
+}
+
+/* It moves ever faster, and no pivot of the equations comes to 0. */
+static bool say_steep(struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    if (!endings_steep(f, rq, r))
+        return false;
+    size_t before = strlen(r->ended_detail);
+    if (!say_rates(f, rq, FIELD_SOON, r))
+        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while nothing that the equations divide by comes to 0");
+    return true;
+}
+
 /* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. */
 static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
 {
     double apart = grows ? FIELD_SOON : ENDINGS_NEAR;
     int pole, pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, false, &pole);
-    int rates = pivot < 0 && grows && f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, true, NULL) : -1;
-    size_t before = strlen(r->ended_detail);
-    if (pivot < 0 && rates < 0) {
-        if (pole >= 0 && f->field.lost_pole < 0)
-            tends_to_pole(f, pole, grows, r);
-        return;
-    }
-    if (pivot < 0) {
-        SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[rates], 120);
-        snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text);
-        return;
-    }
-    tends_to_stratum(f, rq, pivot, r);
+    if (pivot >= 0)
+        tends_to_stratum(f, rq, pivot, r);
+    else if (!(grows && say_rates(f, rq, apart, r)) && pole >= 0 && f->field.lost_pole < 0)
+        tends_to_pole(f, pole, grows, r);
 }
 
 /* An equation that was redundant as far as this. */
@@ -202,7 +216,7 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
     if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
         return;
     if (reason == ODE_SINGULAR) {
-        if (!endings_far(f, rq, r) && !endings_steep(f, rq, r))
+        if (!endings_far(f, rq, r) && !say_steep(f, rq, r))
             say_rank(f, rq, r);
     } else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
         say_pole(f, false, "is 0 here", r);

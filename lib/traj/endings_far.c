@@ -162,7 +162,7 @@ bool endings_steep(struct flow *f, const struct traj_request *rq, struct traj_re
     if (which < 0)
         return false;
     r->ended_reason = "blow_up";
-    snprintf(r->ended_detail, sizeof r->ended_detail, "the derivative of %s grows without bound (%.3g at the last point), while nothing that the equations divide by comes to 0",
+    snprintf(r->ended_detail, sizeof r->ended_detail, "the derivative of %s grows without bound (%.3g at the last point)",
              f->sys->store->symbol[f->sys->variable[which].symbol].name, v[which]);
     return true;
 }

@@ -5,10 +5,12 @@
 #include "field.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "definition.h"
 #include "jacobian.h"
 #include "kinds.h"
@@ -28,6 +30,8 @@ static const double FAR_OFF = 1e-3, FOUND_FAR = 1e-10;
 /* Of the largest entry: a change over so small a way that is no rounding. */
 static const double STEP_SEEN = 1e-8;
 enum { FEW_ROWS = 24 };         /* that are solved in no time */
+/* Roundings of a row, beside its terms. */
+static const double ROUNDED = 64 * DBL_EPSILON;
 
 static void reserve(struct field *f, int m)
 {
@@ -185,6 +189,46 @@ static void shorten(struct field *f, double *v)
     free(kernel);
 }
 
+/* What v misses of the rows, each over its size: off (m). Whether that is more than roundings of a row's terms in one of those that v is solved by. */
+static bool missed(const struct field *f, int m, const double *v, double *off)
+{
+    int q = 0;
+    SGA_ARENA(mem);
+    double *terms = sga_take(&mem, ((size_t)m + 1) * sizeof *terms);
+    for (int i = 0; i < m; i++) {
+        double sum = f->rhs[i] * f->row_size[i], size = fabs(sum);
+        int from = i < f->rows ? 0 : i < f->rows + f->c ? f->jac->start[i - f->rows] : 0;
+        int to = i < f->rows ? f->sys->row[i].entries : i < f->rows + f->c ? f->jac->start[i - f->rows + 1] : 1;
+        for (int k = from; k < to; k++) {
+            int j = i < f->rows ? f->sys->row[i].entry[k].col : i < f->rows + f->c ? f->jac->col[k] : f->rate[i - f->rows - f->c].variable;
+            if (j == f->n)
+                continue;
+            double term = (i < f->rows + f->c ? f->kept[q++] : 1) * v[j];
+            sum += term;
+            size += fabs(term);
+        }
+        off[i] = sum / f->row_size[i];
+        terms[i] = size / f->row_size[i];
+    }
+    bool some = false;
+    for (int k = 0; k < f->kept_rank; k++)
+        some |= fabs(off[f->perm[k]]) > ROUNDED * terms[f->perm[k]];
+    return some;
+}
+
+/* Reflections mix velocities, and round all to the largest: one that is 1e16 times smaller would be lost. Once more, by what rows are missed by, each has
+ * the digits of its rows. */
+static void refine(struct field *f, int m, double *v)
+{
+    SGA_ARENA(mem);
+    double *off = sga_take(&mem, ((size_t)m + 1) * sizeof *off), *d = sga_take(&mem, ((size_t)f->n + 1) * sizeof *d);
+    if (!missed(f, m, v, off))
+        return;
+    points_least_norm_solve(m, f->n, f->M, f->kept_rank, f->perm, f->qr, off, d);
+    for (int j = 0; j < f->n; j++)
+        v[j] += d[j] * (f->kept_unit ? f->kept_unit[j] : 1);
+}
+
 bool field_general(struct field *f, double *v, int *rank)
 {
     int m = f->rows + f->c + f->rates;
@@ -206,6 +250,7 @@ bool field_general(struct field *f, double *v, int *rank)
     points_least_norm_solve(m, f->n, f->M, f->kept_rank, f->perm, f->qr, f->rhs, v);
     for (int j = 0; j < f->n && f->kept_unit; j++)
         v[j] *= f->kept_unit[j];
+    refine(f, m, v);
     if (f->kept_unit && f->kept_rank < f->n)
         shorten(f, v);
     for (int j = 0; j < f->n; j++)
