@@ -19,6 +19,7 @@
 enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
 static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
 static const double AT_GUESS = 1e-6;     /* relative to the variable, or to its natural size */
+static const double NEARER = 0.7;        /* a branch is nearer than another if it is so much nearer: points are beside the nearest ones */
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -29,6 +30,19 @@ static bool next_route(struct route *r)
     if (!r->count)
         return false;
     r->at[r->count - 1].chosen++;
+    return true;
+}
+
+/* The same among options that are as near to the guess as the first. */
+static bool next_alike(struct route *r)
+{
+    int last = r->count - 1;
+    while (last >= 0 && (r->at[last].side || r->at[last].chosen + 1 >= r->at[last].alike))
+        last--;
+    if (last < 0)
+        return false;
+    r->count = last + 1;
+    r->at[last].chosen++;
     return true;
 }
 
@@ -100,9 +114,21 @@ static void keep_pivots(struct routes *r, const struct sys_system *system, const
     }
 }
 
-/* Of the largest dimension; of two alike the one that leaves less free. */
-static bool is_best(const struct routes *r, const struct sga_solution *solution, int final)
+/* How far a place is from the guess, in the values that were given: a square. */
+static double how_far(const double *x, int variables, const struct reduction_options *o)
 {
+    double sum = 0;
+    for (int j = 0; j < variables; j++)
+        if (!o->near_given || o->near_given[j])
+            sum += pow((x[j] - o->near[j]) / fmax(1, fabs(o->near[j])), 2);
+    return sum;
+}
+
+/* Of the largest dimension; of two alike the one that leaves less free. Of branches that meet at the guess the one whose point is nearer (far). */
+static bool is_best(const struct routes *r, const struct sga_solution *solution, int final, double far)
+{
+    if (r->alike)
+        return final >= 0 && far < NEARER * NEARER * r->far;
     return final > r->final || (final == r->final && final >= 0 && solution->verdict < r->verdict);
 }
 
@@ -185,8 +211,10 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
     int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
     /* near a guess only where nothing is there */
     bool explore = r->explore && !options->near_only && (!options->near || final < 0 || point_elsewhere(system, options, oracle, solution, final));
-    if (is_best(r, solution, final)) {
+    double far = final >= 0 && options->near && oracle->reals ? how_far(oracle->real[0].x, system->variables, options) : 0;
+    if (is_best(r, solution, final, far)) {
         r->final = final;
+        r->far = far;
         r->verdict = solution->verdict;
         r->best_at = place;
         r->best_run = explore ? r->components.runs : -1;
@@ -204,8 +232,14 @@ static bool run_products(struct routes *r, const struct sys_system *system, cons
     for (;;) {
         if (!run_one(r, system, options, -1, oracle, solution, err))
             return false;
-        if (r->ended && options->near)
-            return true;
+        if (options->near && (r->ended || r->alike)) {
+            /* where branches meet the guess says nothing of them, and their points do, as hidden constraints may lead far away */
+            r->alike = r->far > AT_GUESS * AT_GUESS && r->tried < SGA_MOST_ROUTES && next_alike(&r->now);
+            if (!r->alike)
+                return true;
+            routes_restart(oracle, r->seed, solution);
+            continue;
+        }
         r->left = has_next(&r->now);
         if (r->left && r->tried >= SGA_MOST_ROUTES)
             sga_limit_met(options->budget, SGA_LIMIT_ROUTES);
@@ -222,16 +256,6 @@ static bool unlucky(const struct routes *r)
     return r->final < 0 && r->failed && r->error.code != SGA_E_NO_REAL_POINT;
 }
 
-/* How far a place is from the guess, in the values that were given. */
-static double how_far(const struct component_place *p, int variables, const struct reduction_options *o)
-{
-    double sum = 0;
-    for (int j = 0; j < variables; j++)
-        if (!o->near_given || o->near_given[j])
-            sum += pow((p->x[j] - o->near[j]) / fmax(1, fabs(o->near[j])), 2);
-    return sum;
-}
-
 /* A place that was not tried yet; near a guess the nearest, until one leads to points. -1: none. */
 static int next_place(const struct routes *r, int variables, const struct reduction_options *options)
 {
@@ -239,7 +263,7 @@ static int next_place(const struct routes *r, int variables, const struct reduct
     int next = -1;
     double least = INFINITY;
     for (int k = 0; k < c->places && !(options->near && (r->final > 0 || (r->final == 0 && !c->runs))); k++) {
-        double far = options->near ? how_far(c->place + k, variables, options) : k;
+        double far = options->near ? how_far(c->place[k].x, variables, options) : k;
         if (!c->place[k].tried && far < least) {
             next = k;
             least = far;

@@ -99,8 +99,8 @@ static struct regular form(struct state *s, expr_id e)
 struct regular regular_form(struct state *s, expr_id e)
 {
     struct regular r = form(s, e);
-    regular_sort(s, e, &r);
+    int alike = regular_sort(s, e, &r);
     if (r.options > 1 && s->route)
-        regular_follow_route(s, e, &r);
+        regular_follow_route(s, e, &r, alike);
     return r;
 }

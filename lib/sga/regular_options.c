@@ -118,8 +118,12 @@ void regular_move(struct regular *to, struct regular *from)
     regular_clear(from);
 }
 
-void regular_sort(struct state *s, expr_id e, struct regular *r)
+/* Distances from the guess that differ by less, in units, do so by roundings. */
+static const double ALIKE = 1e-9;
+
+int regular_sort(struct state *s, expr_id e, struct regular *r)
 {
+    int alike = 0;
     SGA_FREED double *far = sga_malloc(((size_t)r->options + 1) * sizeof *far);
     for (int i = 0; i < r->options; i++)
         far[i] = s->options->near && r->options > 1 ? guess_distance(s, r->option + i, e) : INFINITY;
@@ -132,9 +136,12 @@ void regular_sort(struct state *s, expr_id e, struct regular *r)
             far[k] = far[k - 1];
             far[k - 1] = d;
         }
+    while (alike < r->options && isfinite(far[0]) && far[alike] - far[0] < ALIKE)
+        alike++;
+    return alike;
 }
 
-void regular_follow_route(struct state *s, expr_id product, struct regular *r)
+void regular_follow_route(struct state *s, expr_id product, struct regular *r, int alike)
 {
     struct route *w = s->route;
     int i = 0, first;
@@ -142,8 +149,9 @@ void regular_follow_route(struct state *s, expr_id product, struct regular *r)
         i++;
     if (i == w->count) {
         SGA_RESERVE(w->at, w->cap, w->count + 1);
-        w->at[w->count++] = (struct decision){ product, r->options, 0, 0 };
+        w->at[w->count++] = (struct decision){ .product = product, .options = r->options };
     }
+    w->at[i].alike = alike;
     if (w->at[i].options < r->options)       /* on a smaller set it falls into more */
         w->at[i].options = r->options;
     first = w->at[i].chosen < r->options ? w->at[i].chosen : 0;

@@ -25,9 +25,9 @@ double guess_distance(struct state *s, const struct regular_option *o, expr_id a
 double regular_unit_near(const struct state *s, int j, const double *x);
 /* A ball at a place, parameters at some general value; the caller clears it. */
 void regular_ball(struct state *s, const double *x, double t, struct num_ball *b);
-/* e's options, nearest to the guess first. */
-void regular_sort(struct state *s, expr_id e, struct regular *r);
-/* Begin with the branch that the route takes; those before it come last. */
-void regular_follow_route(struct state *s, expr_id product, struct regular *r);
+/* e's options, nearest to the guess first. The answer: how many are at the distance of the first, which the order of factors has put there. */
+int regular_sort(struct state *s, expr_id e, struct regular *r);
+/* Begin with the branch that the route takes; those before it come last. alike: as regular_sort says. */
+void regular_follow_route(struct state *s, expr_id product, struct regular *r, int alike);
 
 #endif

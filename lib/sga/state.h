@@ -28,6 +28,7 @@ struct candidate {
 struct decision {
     expr_id product;
     int options, chosen;
+    int alike;                    /* so many of the options, the first of them, are as far from the guess as the first: it lies where branches meet */
     signed char side;             /* not 0: `product` changes its sign at a surface, and the answer rests on a side of it: this one,
                                    * or the other */
 };
