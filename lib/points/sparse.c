@@ -11,7 +11,7 @@
 #include "mem.h"
 #include "sparse_work.h"
 
-/* So many multiplications come first, for each entry and of few; of few rows all. */
+/* The rest is done by columns from so many multiplications for each entry on, and not before so many of all; never of fewer rows than these. */
 enum { FEW_ROWS = 200, WORK_EACH = 300 };
 static const double WORK_FEW = 1e6;
 

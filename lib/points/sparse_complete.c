@@ -33,14 +33,13 @@ static bool more_pivots(struct points_lu *lu, const double *norm, int *at, int l
     while (left > 0) {
         int best = 0, column = 0;
         double size = -1;
-        for (int a = 0; a < left; a++) {
+        for (int a = 0; a < left; a++)
             for (int j = 0; j < lu->cols; j++)
                 if (fabs(x[(size_t)a * n + (size_t)j]) > size * norm[at[a]]) {
                     size = fabs(x[(size_t)a * n + (size_t)j]) / norm[at[a]];
                     best = a;
                     column = j;
                 }
-        }
         if (!(size > tiny))
             return true;
         if (size < LEFT_SURE)

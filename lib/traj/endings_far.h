@@ -17,7 +17,7 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
  * of the set is lost. The reason is `blow_up` then, of that variable. False, and nothing is changed: it is not so. */
 bool endings_grows_with(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r);
 /* The motion ended by a rank where no pivot that can be 0 is near it: something tends to 0 that is 0 nowhere (exp(y) as y falls), and a derivative that it
- * divides grows without bound. The reason is `blow_up` then, of that variable. False, and nothing is changed: it is not so. */
+ * divides grows without bound. The reason is `blow_up` then, of that variable; whether the gauge choice divides by what tends to 0, the caller adds. False, and nothing is changed: it is not so. */
 bool endings_steep(struct flow *f, const struct traj_request *rq, struct traj_result *r);
 /* Of the way made: with tight tolerances corrections are roundings as soon as a hundredth of a pivot is left. */
 #define ENDINGS_NEAR 1e-2
