@@ -23,8 +23,15 @@
 #include "mem.h"
 #include "radau_tables.h"
 
-#define KEEP_JACOBIAN 1e-3     /* contraction below which the Jacobian is still good */
-#define KEEP_STEP_MOST 1.2     /* growth that is not worth a factorisation */
+/* Contraction below which the Jacobian is still good: where factorisations cost nothing beside the rest of a step, and for each time that they cost as much. */
+#define KEEP_JACOBIAN 1e-3
+#define KEEP_JACOBIAN_FOR 0.1
+#define KEEP_JACOBIAN_MOST 0.3
+/* Growth that is never worth a factorisation, and that always is. */
+#define KEEP_STEP 1.2
+#define KEEP_STEP_MOST 3.0
+/* Matrices are kept until what that has lost costs this part of new ones: how long these would be of use is not known. */
+#define KEEP_PART 0.5
 /* The order rises after CHANGE_AFTER steps where Newton's method contracts below
  * RAISE_BELOW, and falls where it contracts by LOWER_ABOVE only. */
 #define RAISE_BELOW 0.002
@@ -92,6 +99,7 @@ static void radau_forget(void *state)
     r->jac_known = r->jac_fresh = r->refused_before = r->trouble = false;
     r->old_h = r->factored_h = 0;
     r->eta = 1;
+    r->sign = 0;
     r->since_change = 0;
 }
 
@@ -223,6 +231,13 @@ static bool choose_order(struct radau *r, double factor)
     return next != now;
 }
 
+/* What the factorisations of a step cost, over all else in the last one. */
+static double factorisations_part(const struct radau *r)
+{
+    double s = r->tab->s, systems = 1 + 4 * floor(s / 2), solves = r->iterations + 2;
+    return lin_shift_cost(r->lin) * systems / (solves * (lin_shift_solve_cost(r->lin) * systems + s * (r->field_cost + 2 * s * r->n)));
+}
+
 static double radau_accepted(void *state, const struct ode_step *step, double factor)
 {
     struct radau *r = state;
@@ -230,12 +245,22 @@ static double radau_accepted(void *state, const struct ode_step *step, double fa
     memcpy(r->old_z, r->z, (size_t)r->tab->s * (size_t)r->n * sizeof *r->z);
     r->old_h = step->h;
     r->old_tab = r->tab;
-    r->refused_before = r->jac_fresh = false;
     r->jac_known = r->iterations == 1 || r->theta < KEEP_JACOBIAN;
+    r->fresh_iterations = r->jac_fresh ? r->iterations : r->fresh_iterations;
+    r->refused_before = r->jac_fresh = false;
+    bool as_long = factor >= 1;
     factor *= (1.0 + 2 * most) / (r->iterations + 2 * most);
     if (choose_order(r, factor))
         return fmin(factor, 1);
-    return r->jac_known && factor >= 1 && factor <= KEEP_STEP_MOST ? 1 : factor;
+    if (!as_long || factor > KEEP_STEP_MOST)
+        return factor;
+    double part = factorisations_part(r);
+    r->kept += fmax(0, 1 - 1 / factor) + fmax(0, r->iterations - r->fresh_iterations) / (r->iterations + 2.0);
+    if (r->kept <= KEEP_PART * part)
+        r->jac_known |= r->theta < fmin(KEEP_JACOBIAN_MOST, KEEP_JACOBIAN_FOR * part);
+    else if (factor > KEEP_STEP)
+        return factor;
+    return r->jac_known && (factor >= 1 || r->kept <= KEEP_PART * part) ? 1 : factor;
 }
 
 /* Inside a step the polynomial misses stiff components by the full interpolation error,

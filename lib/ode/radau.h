@@ -15,7 +15,8 @@ struct radau {
     struct lin_shift *lin;
     double *jac;                   /* in the pattern's order */
     double *mass, *v;              /* where the problem has its equations: likewise; derivatives at the stages, s x n. NULL: it has not */
-    int sign;                      /* what the real determinant's is for short steps */
+    int sign;                      /* what the real determinant's is for short steps; 0: not known */
+    bool sign_fresh;               /* of the present Jacobian */
     bool jac_known, jac_fresh;     /* fresh: taken at the start of this step */
     double factored_h;             /* 0: not factored for this Jacobian */
     const struct radau_table *factored_tab;
@@ -31,7 +32,8 @@ struct radau {
     int since_change;              /* steps */
     bool trouble;                  /* the last step had to be repeated for lack of convergence */
     bool refused_before;
-    double before_h;
+    double kept;                   /* what steps since the last factorisation have lost by its matrices, in such steps */
+    int fresh_iterations;          /* of the last one with a Jacobian of its own */
 };
 
 enum radau_outcome { RADAU_SOLVED, RADAU_REFUSED, RADAU_DIVERGED };

@@ -16,8 +16,10 @@
 #include "radau_tables.h"
 #include "watch.h"
 
-/* The iteration ends when its error is below this part of the error allowed. */
-#define SOLVED 0.03
+/* The iteration ends when its error is below this part of the error allowed, by the number of stages: the defect weighs stages the more the more there
+ * are, and what is left of their errors must not set the size of steps. */
+static double solved(const struct radau *r) { return r->tab->s == 3 ? 0.03 : r->tab->s == 5 ? 0.01 : 0.004; }
+
 /* Increments that no longer fall, but are this small, are rounding. */
 #define ROUNDING_MOST 0.3
 #define FEW 30                 /* variables whose equations are solved in no time */
@@ -64,7 +66,7 @@ static bool factor(struct radau *r, struct ode_field *field, struct ode_step *st
     if (r->factored_h == step->h && r->factored_tab == t)
         return true;
     field->stats->factorisations++;
-    r->factored_h = 0;
+    r->factored_h = r->kept = 0;
     lin_shift_sizes(r->lin, r->scale);
     bool ok = lin_shift_factor(r->lin, 0, t->gamma / step->h, 0, r->jac);
     for (int p = 0; ok && p < t->s / 2; p++)
@@ -175,7 +177,7 @@ static void apply(struct radau *r)
 static enum radau_outcome iterate(struct radau *r, struct ode_field *field, struct ode_step *step)
 {
     int most = 7 + (r->tab->s - 3) * 5 / 2;
-    double before = 0, rate_before = 0, best = INFINITY, s = r->tab->s;
+    double before = 0, rate_before = 0, best = INFINITY, s = r->tab->s, enough = solved(r);
     double eta = pow(fmax(r->eta, DBL_EPSILON), 0.8);
     step->retry = 0.5;
     for (int k = 1; k <= most; k++) {
@@ -198,7 +200,7 @@ static enum radau_outcome iterate(struct radau *r, struct ode_field *field, stru
             if (r->theta >= 0.99)
                 return RADAU_DIVERGED;
             eta = r->theta / (1 - r->theta);
-            double expected = eta * size * pow(r->theta, most - k - 1) / SOLVED;
+            double expected = eta * size * pow(r->theta, most - k - 1) / enough;
             if (k < most && expected >= 1) {
                 step->retry = fmax(0.1, fmin(0.5, 0.8 * pow(fmin(20, fmax(1e-4, expected)), -1.0 / (4 + most - 1 - k))));
                 return RADAU_DIVERGED;
@@ -208,7 +210,7 @@ static enum radau_outcome iterate(struct radau *r, struct ode_field *field, stru
         before = fmax(size, 1e-300);
         apply(r);
         /* that the first increment was the last one in earlier steps says nothing of pulses, which it may not have met */
-        if (eta * size <= SOLVED && (k > 1 || !field->p->bands)) {
+        if (eta * size <= enough && (k > 1 || !field->p->bands)) {
             r->eta = eta;
             return RADAU_SOLVED;
         }
@@ -216,17 +218,35 @@ static enum radau_outcome iterate(struct radau *r, struct ode_field *field, stru
     return RADAU_DIVERGED;
 }
 
-/* A real eigenvalue beyond gamma / h (beyond on the side where h points): the solution
- * grows in this step by more than the method follows, and a singularity could be stepped
- * over unseen. Pairs of them escape. */
-static bool grows_too_fast(const struct radau *r, const struct ode_step *step)
-{
-    int expected = r->mass ? r->sign : step->h < 0 && r->n % 2 ? -1 : 1;
-    return lin_shift_sign(r->lin) != expected;
-}
-
 /* So much shorter than the step: as short as can be. */
 static const double SHORTEST = 1e-9;
+
+/* The sign of the real determinant for the shortest steps, of this Jacobian. False: it is singular for these. */
+static bool find_sign(struct radau *r, const struct ode_step *step)
+{
+    bool ok = lin_shift_factor(r->lin, 0, r->tab->gamma / (SHORTEST * step->h), 0, r->jac);
+    r->sign = ok ? lin_shift_sign(r->lin) : 0;
+    r->sign_fresh = true;
+    return ok;
+}
+
+/* A real eigenvalue beyond gamma / h (beyond on the side where h points): the solution
+ * grows in this step by more than the method follows, and a singularity could be stepped
+ * over unseen. Pairs of them escape. Of equations the sign for short steps changes at their singular points alone: it is looked at again
+ * where the one of this step is another. */
+static bool grows_too_fast(struct radau *r, struct ode_field *field, struct ode_step *step)
+{
+    int expected = r->mass ? r->sign : step->h < 0 && r->n % 2 ? -1 : 1;
+    if (lin_shift_sign(r->lin) == expected)
+        return false;
+    if (!r->mass || r->sign_fresh)
+        return true;
+    int here = lin_shift_sign(r->lin);
+    if (!find_sign(r, step) || r->sign != here)
+        return true;
+    r->factored_h = 0;
+    return !factor(r, field, step);
+}
 
 static bool matrices(struct radau *r, struct ode_field *field, struct ode_step *step)
 {
@@ -234,13 +254,12 @@ static bool matrices(struct radau *r, struct ode_field *field, struct ode_step *
     field->stats->jacobians++;
     r->factored_h = 0;
     step->cost += 2;
-    r->jac_known = r->jac_fresh = false;
+    r->jac_known = r->jac_fresh = r->sign_fresh = false;
     if (!eq->matrices(field->p->ctx, step->t, step->x, step->f, r->mass, r->jac))
         return false;
     lin_shift_mass(r->lin, r->mass);
     lin_shift_sizes(r->lin, r->scale);
-    r->jac_known = r->jac_fresh = lin_shift_factor(r->lin, 0, r->tab->gamma / (SHORTEST * step->h), 0, r->jac);
-    r->sign = r->jac_known ? lin_shift_sign(r->lin) : 0;
+    r->jac_known = r->jac_fresh = r->sign || find_sign(r, step);
     return r->jac_known;
 }
 
@@ -276,7 +295,7 @@ enum radau_outcome radau_stages(struct radau *r, struct ode_field *field, struct
             last = RADAU_DIVERGED;
             continue;
         }
-        if (grows_too_fast(r, step)) {
+        if (grows_too_fast(r, field, step)) {
             step->retry = 0.5;
             return RADAU_DIVERGED;
         }

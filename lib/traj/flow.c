@@ -388,12 +388,14 @@ static void refused(void *ctx) { field_forget_trial(&((struct flow *)ctx)->field
 
 /* A reduced field that divides by what may vanish: beside a zero of it (slow manifolds run into folds so) the field changes so fast that the stages of
  * implicit steps are found on the equations alone. Where these have no constraints (whose branches steps could leave), no bends and no sides, and leave
- * nothing to choose. */
+ * nothing to choose. And large systems, where a step holds its constraints by the same Newton iteration: the field of what they define has the
+ * derivatives of their neighbours' fields in it, and its steps leave them by what stiff components are missed by. */
 static bool has_equations(const struct flow *f)
 {
     const struct field *field = &f->field;
-    bool plain = !f->manifold.c && !field->whole && !field->reduced && !field->rates && !field->choice.field && field->generic_rank == f->n;
-    return plain && f->n < WHOLE_VARIABLES && field->chosen > field->sides && !field->switches.count && !f->sys->signals && !f->turn && !f->charts;
+    bool plain = !field->whole && !field->reduced && !field->rates && !field->choice.field && field->generic_rank == f->n;
+    bool large = f->n >= WHOLE_VARIABLES && f->manifold.c, divides = f->n < WHOLE_VARIABLES && !f->manifold.c && field->chosen > field->sides;
+    return plain && (large || divides) && !field->switches.count && !f->sys->signals && !f->turn && !f->charts;
 }
 
 static const struct ode_implicit *equations(void *ctx)

@@ -27,8 +27,8 @@ import report  # noqa: E402
 import samples  # noqa: E402
 import service  # noqa: E402
 import sizes  # noqa: E402
+import sparse  # noqa: E402
 import tiers  # noqa: E402
-import web  # noqa: E402
 from cluster import Cluster  # noqa: E402
 from daemon import Daemon  # noqa: E402
 
@@ -405,7 +405,7 @@ def main():
                  "pencil": lambda: pencil.run(work, measure, show), "sizes": lambda: sizes.run(build, work, show), "operators": lambda: operators(work), "sweep": lambda: sweep(work), "http": lambda: http(build, work),
                  "workers": lambda: workers(build, work), "hostile": lambda: hostile(build), "shared": lambda: shared(build, work), "samples": lambda: written(build, work), "executors": lambda: executors(work),
                  "interpreted": lambda: interpreted(build), "balls": lambda: balls.balls(work, measure, show), "tiers": lambda: tiers.run(build, show),
-                 "integrators": lambda: integrators(build), "web": lambda: web.run(build, show)}
+                 "integrators": lambda: integrators(build), "sparse": lambda: sparse.run(build, show)}
         if sys.argv[2:] == ["--parts"]:
             print(*parts)
             return 0

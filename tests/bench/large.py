@@ -126,10 +126,10 @@ def truss(n, want=("index", "constraints"), stop=1):
             {"verdict": "unique", "generations": [4 * m, 3 * m, 2 * m], "index": 3})
 
 
-def heat(n, want=("index", "constraints"), stop=1):
+def heat(n, want=("index", "constraints"), stop=1, spacing=1):
     """The heat equation on (n + 2) x (n + 2) points less the corners; a source u^2/8 inside, the boundary u + u^3 = neighbour + sin t
-    algebraic: 4 n constraints, index 1."""
-    variables, equations = [], []
+    algebraic: 4 n constraints, index 1. `spacing` 1/(n + 1): the unit square, stiff."""
+    variables, equations, flow = [], [], round(spacing ** -2)
     for r in range(n + 2):
         for c in range(n + 2):
             edge = (r in (0, n + 1)) + (c in (0, n + 1))
@@ -141,7 +141,7 @@ def heat(n, want=("index", "constraints"), stop=1):
                 q = f"u{min(max(r, 1), n)}_{min(max(c, 1), n)}"
                 equations.append(f"{u} + {u}^3 = {q} + sin(t)")
             else:
-                equations.append(f"{u}' = u{r - 1}_{c} + u{r + 1}_{c} + u{r}_{c - 1} + u{r}_{c + 1} - 4*{u} + {u}^2/8")
+                equations.append(f"{u}' = {flow}*(u{r - 1}_{c} + u{r + 1}_{c} + u{r}_{c - 1} + u{r}_{c + 1} - 4*{u}) + {u}^2/8")
     return (asked(f"heat on {n} x {n} points", {"form": "equations", "variables": variables, "equations": equations}, {}, ("u1_1",), want, stop),
             {"verdict": "unique", "generations": [n * n], "index": 1})
 
