@@ -116,6 +116,7 @@ struct expr_symbol {
 struct expr_solve {
     int m;
     expr_id *matrix, *rhs;
+    expr_id *child; int children; /* of large ones: what is in them, each once; NULL: matrix, then rhs */
 };
 
 struct expr_marks;
@@ -198,7 +199,7 @@ bool expr_is_one(const struct expr_store *st, expr_id e);
 bool expr_is_int(const struct expr_store *st, expr_id e, long v);  /* the constant v */
 const fmpq *expr_const_value(const struct expr_store *st, expr_id e);
 
-/* Children: how many, and the k-th. SOLVE has m*m + m of them. */
+/* Children: how many, and the k-th. SOLVE has m*m + m of them, of which a large one is mostly zeros: it has each that is different once. */
 int expr_children(const struct expr_store *st, expr_id e);
 expr_id expr_child(const struct expr_store *st, expr_id e, int k);
 

@@ -38,6 +38,7 @@ void expr_store_clear(struct expr_store *st)
     for (int i = 0; i < st->solves; i++) {
         free(st->solve[i].matrix);
         free(st->solve[i].rhs);
+        free(st->solve[i].child);
     }
     expr_marks_leave(st->marks);
     free(st->residue);
@@ -212,6 +213,44 @@ int expr_symbol_find(const struct expr_store *st, const char *name, size_t len)
     return find_name(st, name_hash(name, len), name, len);
 }
 
+enum { LARGE_SOLVE = 16 };
+
+static int by_number(const void *a, const void *b)
+{
+    expr_id x = *(const expr_id *)a, y = *(const expr_id *)b;
+    return (x > y) - (x < y);
+}
+
+/* What is in a large system, each once. */
+static void list_children(struct expr_solve *s)
+{
+    size_t mm = (size_t)s->m * (size_t)s->m, count = 0;
+    expr_id before = s->matrix[0];     /* zeros stand in most places, in runs: they are not sorted */
+    s->child = NULL;
+    s->children = (int)(mm + (size_t)s->m);
+    if (s->m < LARGE_SOLVE)
+        return;
+    for (size_t k = 0; k < mm + (size_t)s->m; k++) {
+        expr_id e = k < mm ? s->matrix[k] : s->rhs[k - mm];
+        count += k == 0 || e != before;
+        before = e;
+    }
+    expr_id *list = s->child = sga_malloc(count * sizeof *list);
+    count = 0;
+    for (size_t k = 0; k < mm + (size_t)s->m; k++) {
+        expr_id e = k < mm ? s->matrix[k] : s->rhs[k - mm];
+        if (k == 0 || e != before)
+            list[count++] = e;
+        before = e;
+    }
+    qsort(list, count, sizeof *list, by_number);
+    s->children = 0;
+    for (size_t k = 0; k < count; k++)
+        if (k == 0 || list[k] != list[k - 1])
+            list[s->children++] = list[k];
+    s->child = sga_realloc(list, (size_t)s->children * sizeof *list);
+}
+
 int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const expr_id *rhs)
 {
     SGA_RESERVE(st->solve, st->solve_cap, st->solves + 1);
@@ -221,6 +260,7 @@ int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const ex
     s->rhs = sga_malloc((size_t)m * sizeof *s->rhs);
     memcpy(s->matrix, matrix, (size_t)m * (size_t)m * sizeof *s->matrix);
     memcpy(s->rhs, rhs, (size_t)m * sizeof *s->rhs);
+    list_children(s);
     return st->solves++;
 }
 
@@ -255,11 +295,7 @@ const fmpq *expr_const_value(const struct expr_store *st, expr_id e)
 int expr_children(const struct expr_store *st, expr_id e)
 {
     const struct expr_node *n = st->node + e;
-    if (n->op == EXPR_SOLVE) {
-        int m = st->solve[n->a].m;
-        return m * m + m;
-    }
-    return expr_op_args(n->op);
+    return n->op == EXPR_SOLVE ? st->solve[n->a].children : expr_op_args(n->op);
 }
 
 expr_id expr_child(const struct expr_store *st, expr_id e, int k)
@@ -267,6 +303,8 @@ expr_id expr_child(const struct expr_store *st, expr_id e, int k)
     const struct expr_node *n = st->node + e;
     if (n->op == EXPR_SOLVE) {
         const struct expr_solve *s = st->solve + n->a;
+        if (s->child)
+            return s->child[k];
         return k < s->m * s->m ? s->matrix[k] : s->rhs[k - s->m * s->m];
     }
     return k == 0 ? n->a : n->b;

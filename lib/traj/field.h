@@ -67,6 +67,9 @@ struct field {
     struct whole *whole;              /* the rows as one sparse system, in place of all else; or NULL. whole.h */
     struct num_tape *general;         /* roots: entries of A, alpha, rates */
     double *general_out;
+    struct num_tape *alpha;           /* field_miss.c's, made where asked for; roots: right sides by row */
+    struct num_jacobian *alpha_slope;
+    double *alpha_value;              /* its entries; not NULL: asked for */
     struct field_sum *sum; int sums;  /* field_sums.c's: entries of A that are sums */
     struct num_tape *con;             /* roots: constraints */
     struct num_jacobian *jac;         /* by variables and time */
