@@ -1,5 +1,6 @@
 /* Forward evaluation in balls. */
 #include "ball.h"
+#include "ball_solve.h"
 
 #include <arb_mat.h>
 #include <assert.h>
@@ -144,12 +145,14 @@ static void solve(struct num_ball *b, int index)
     const struct expr_solve *s = b->st->solve + index;
     int m = s->m;
     arb_mat_t A, r, y;
+    b->solution[index] = _arb_vec_init(m);
+    if (num_ball_solve_sparse(b, s, b->solution[index]))
+        return;
     matrix_of(A, b, s);
     arb_mat_init(r, m, 1);
     arb_mat_init(y, m, 1);
     for (int i = 0; i < m; i++)
         arb_set(arb_mat_entry(r, i, 0), b->value + s->rhs[i]);
-    b->solution[index] = _arb_vec_init(m);
     bool ok = arb_mat_solve(y, A, r, b->prec);
     for (int i = 0; i < m; i++) {
         if (ok)

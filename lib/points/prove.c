@@ -210,7 +210,7 @@ static bool by_singular_value(struct square *q, const int *place, slong prec)
     struct lin_sparse *B = isfinite(sum) ? square_part(q, place) : NULL;
     if (!B)
         return false;
-    double sigma = points_least_singular(B, s->budget), beta = sqrt(sum) * (1 + 1e-9) / sigma, rho = 2 * beta * (1 + 1e-9) + 1e-3;
+    double sigma = num_least_singular(B, s->budget), beta = sqrt(sum) * (1 + 1e-9) / sigma, rho = 2 * beta * (1 + 1e-9) + 1e-3;
     bool ok = sigma > 0 && isfinite(rho);
     for (int i = 0; i < q->c && ok; i++) {
         mag_ptr radius = arb_radref(ball->symbol + s->variable[q->lu.pivot_col[i]]);

@@ -4,17 +4,25 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arb_ends.h"
 #include "arena.h"
 #include "ball.h"
+#include "ball_matrix.h"
 #include "budget.h"
+#include "least_singular.h"
+#include "lin_sparse.h"
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
 #include "points_random.h"
 #include "seeds.h"
+#include "sparse.h"
 #include "system.h"
+
+/* Of a row's entries in doubles: what is left below this part is taken for none. */
+static const double NOTHING = 1e-10;
 
 struct block {
     int m, n;             /* rows, columns that occur */
@@ -50,17 +58,70 @@ static void gather(struct block *b, const struct echelon *e, const struct ech_ro
     b->col_used = sga_calloc((size_t)b->n, 1);
 }
 
+/* The pivots of an elimination in doubles, in their order. */
+static struct lin_sparse *pivots_of(struct block *b, const struct lin_sparse *B)
+{
+    struct points_row *row = sga_calloc((size_t)b->m + 1, sizeof *row);
+    for (int i = 0; i < b->m; i++) {
+        int len = row[i].len = row[i].cap = B->ptr[i + 1] - B->ptr[i];
+        row[i].col = memcpy(sga_malloc(((size_t)len + 1) * sizeof(int)), B->col + B->ptr[i], (size_t)len * sizeof(int));
+        row[i].val = memcpy(sga_malloc(((size_t)len + 1) * sizeof(double)), B->val + B->ptr[i], (size_t)len * sizeof(double));
+    }
+    struct points_lu lu;
+    points_lu_factor(&lu, row, b->m, b->n, NOTHING);
+    SGA_ARENA(mem);
+    int *place = sga_zeros(&mem, (size_t)b->n + 1, sizeof *place), *ptr = sga_zeros(&mem, (size_t)lu.rank + 1, sizeof *ptr), count = 0;
+    int *col = sga_take(&mem, ((size_t)B->ptr[b->m] + 1) * sizeof *col);
+    double *value = sga_take(&mem, ((size_t)B->ptr[b->m] + 1) * sizeof *value);
+    for (int k = 0; k < lu.rank; k++)
+        place[lu.pivot_col[k]] = k + 1;
+    for (int k = 0; k < lu.rank; k++) {
+        int i = b->rows[k] = lu.pivot_row[k];
+        b->cols[k] = lu.pivot_col[k];
+        for (int q = B->ptr[i]; q < B->ptr[i + 1]; q++)
+            if (place[B->col[q]]) {
+                col[count] = place[B->col[q]] - 1;
+                value[count++] = B->val[q];
+            }
+        ptr[k + 1] = count;
+    }
+    struct lin_sparse *S = lin_sparse_new(lu.rank, lu.rank, ptr, col);
+    memcpy(S->val, value, (size_t)count * sizeof *value);
+    points_lu_clear(&lu);
+    return S;
+}
+
+/* Of a large sparse block: pivots in doubles, and a proof that these rows and columns are regular at the first point, so in general. A row that depends
+ * on them in doubles alone is no loss: rewrite looks at what is left of it. False: no proof, fewer than `least`, or not a large sparse one; b is as it was. */
+static bool choose_sparse(struct block *b, const struct ech_context *c, int least)
+{
+    struct num_ball_matrix v;
+    bool ok = num_ball_matrix_init(&v, &c->oracle->real[0].ball, b->m, b->n, b->at);
+    if (ok) {
+        struct lin_sparse *S = pivots_of(b, v.B);
+        ok = S->rows >= least && num_least_singular(S, c->budget) > v.error * (1 + 1e-9);
+        b->rank = ok ? S->rows : 0;
+        lin_sparse_free(S);
+    }
+    num_ball_matrix_clear(&v);
+    for (int k = 0; k < b->rank; k++)
+        b->row_used[b->rows[k]] = b->col_used[b->cols[k]] = 1;
+    return ok;
+}
+
 /* Full pivoting on the values in balls at the first point: a pivot ball that excludes 0
- * shows that one more row and column are independent there, so in general. */
-static bool choose(struct block *b, const struct ech_context *c)
+ * shows that one more row and column are independent there, so in general. Large sparse ones as above, where that finds `least` pivots. */
+static bool choose(struct block *b, const struct ech_context *c, int least)
 {
     struct num_ball *ball = &c->oracle->real[0].ball;
     bool ok;
+    num_ball_extend(ball);
+    if (choose_sparse(b, c, least))
+        return true;
     size_t size = (size_t)b->m * (size_t)b->n;
     SGA_ARENA(mem);
     arb_ptr v = arbs_take(&mem, (slong)size);
     SGA_ENDS(arb_end) arb_t f = { 0 };
-    num_ball_extend(ball);
     for (size_t i = 0; i < size; i++)
         if (b->at[i])
             arb_set(v + i, num_ball_value(ball, b->at[i]));
@@ -186,7 +247,7 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
 {
     struct block b;
     gather(&b, e, row, index, rows);
-    bool ok = choose(&b, c) && rewrite(&b, e, c, row, index, generation);
+    bool ok = choose(&b, c, 1) && rewrite(&b, e, c, row, index, generation);
     free(b.col);
     free(b.at);
     free(b.rows);
@@ -229,7 +290,7 @@ bool ech_blocks_stand(const struct echelon *e, struct points_oracle *oracle)
         b.row_used = sga_calloc((size_t)r, 1);
         b.col_used = sga_calloc((size_t)r, 1);
         struct ech_context c = { .oracle = oracle };
-        stand = choose(&b, &c) && b.rank == r;
+        stand = choose(&b, &c, r) && b.rank == r;
         free(b.rows);
         free(b.cols);
         free(b.row_used);

@@ -1,6 +1,6 @@
-/* Inside the points folder: how far a sparse matrix is from a singular one, proved. */
-#ifndef SGA_POINTS_LEAST_SINGULAR_H
-#define SGA_POINTS_LEAST_SINGULAR_H
+/* How far a sparse matrix is from a singular one, proved. */
+#ifndef SGA_NUM_LEAST_SINGULAR_H
+#define SGA_NUM_LEAST_SINGULAR_H
 
 struct lin_sparse;
 struct sga_budget;
@@ -12,6 +12,6 @@ struct sga_budget;
  * diagonal and k the most terms of a sum (Demmel; Rump, Verification of positive definiteness, BIT 46 (2006) 433, 2.3; Verification
  * methods, Acta Numerica 2010, 10.8): no eigenvalue of B B^T is below s^2 - |E|. In doubles, then in double-doubles.
  * Cost: the factor of B B^T, some times. */
-double points_least_singular(const struct lin_sparse *B, const struct sga_budget *budget);
+double num_least_singular(const struct lin_sparse *B, const struct sga_budget *budget);
 
 #endif

@@ -1,0 +1,118 @@
+/* See the header. */
+#include "ball_matrix.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "arb_ends.h"
+#include "arena.h"
+#include "lin_sparse.h"
+#include "mem.h"
+
+enum { PASSES = 4 };               /* that bring rows and columns to sizes of 1 */
+/* log2: sizes beyond which entries are not brought into doubles. */
+static const slong SIZE_MOST = 1 << 20;
+
+static arb_srcptr value_at(const struct num_ball *b, expr_id e) { return e == EXPR_UNDEF || arb_is_zero(b->value + e) ? NULL : b->value + e; }
+
+/* -1: too many. */
+static int count_entries(const struct num_ball *b, const expr_id *at, size_t size)
+{
+    size_t count = 0, most = size / NUM_BALL_MATRIX_PART;
+    for (size_t k = 0; k < size && count <= most; k++)
+        count += value_at(b, at[k]) != NULL;
+    return count <= most ? (int)count : -1;
+}
+
+static void take_pattern(struct num_ball_matrix *w, const struct num_ball *b, const expr_id *at)
+{
+    SGA_ARENA(mem);
+    int place = 0, *ptr = sga_zeros(&mem, (size_t)w->rows + 1, sizeof *ptr), *col = sga_take(&mem, ((size_t)w->entries + 1) * sizeof *col);
+    for (int i = 0; i < w->rows; i++) {
+        for (int j = 0; j < w->cols; j++) {
+            arb_srcptr v = value_at(b, at[(size_t)i * (size_t)w->cols + (size_t)j]);
+            if (!v)
+                continue;
+            w->entry[place] = v;
+            col[place++] = j;
+        }
+        ptr[i + 1] = place;
+    }
+    w->B = lin_sparse_new(w->rows, w->cols, ptr, col);
+}
+
+/* By the largest entry of each row, then of each column, some times. False: one is empty, or not finite. */
+static bool take_units(struct num_ball_matrix *w)
+{
+    SGA_ARENA(mem);
+    const struct lin_sparse *B = w->B;
+    slong *size = sga_take(&mem, ((size_t)w->entries + 1) * sizeof *size), *most = sga_take(&mem, ((size_t)w->cols + 1) * sizeof *most);
+    for (int k = 0; k < w->entries; k++) {
+        if (!arb_is_finite(w->entry[k]) || arf_is_zero(arb_midref(w->entry[k])))
+            return false;
+        size[k] = num_ball_log2(arb_midref(w->entry[k]));
+        if (size[k] > SIZE_MOST || size[k] < -SIZE_MOST)
+            return false;
+    }
+    for (int pass = 0; pass < PASSES; pass++) {
+        for (int j = 0; j < w->cols; j++)
+            most[j] = WORD_MIN;
+        for (int i = 0; i < w->rows; i++) {
+            slong largest = WORD_MIN;
+            for (int k = B->ptr[i]; k < B->ptr[i + 1]; k++)
+                largest = size[k] + w->column[B->col[k]] > largest ? size[k] + w->column[B->col[k]] : largest;
+            if (largest == WORD_MIN)
+                return false;
+            w->row[i] = -largest;
+            for (int k = B->ptr[i]; k < B->ptr[i + 1]; k++)
+                most[B->col[k]] = size[k] - largest > most[B->col[k]] ? size[k] - largest : most[B->col[k]];
+        }
+        for (int j = 0; j < w->cols; j++) {
+            if (most[j] == WORD_MIN)
+                return false;
+            w->column[j] = -most[j];
+        }
+    }
+    return true;
+}
+
+static void take_values(struct num_ball_matrix *w)
+{
+    SGA_ENDS(mag_end) mag_t r = { 0 };
+    SGA_ENDS(arf_end) arf_t v = { 0 };
+    double sum = 0;
+    for (int i = 0; i < w->rows; i++)
+        for (int k = w->B->ptr[i]; k < w->B->ptr[i + 1]; k++) {
+            slong unit = w->row[i] + w->column[w->B->col[k]];
+            arf_mul_2exp_si(v, arb_midref(w->entry[k]), unit);
+            w->B->val[k] = arf_get_d(v, ARF_RND_NEAR);
+            mag_mul_2exp_si(r, arb_radref(w->entry[k]), unit);
+            double e = mag_get_d(r) * (1 + 1e-9) + fabs(w->B->val[k]) * DBL_EPSILON + DBL_MIN;
+            sum += e * e;
+        }
+    w->error = sqrt(sum) * (1 + 1e-9);
+}
+
+bool num_ball_matrix_init(struct num_ball_matrix *w, const struct num_ball *b, int rows, int cols, const expr_id *at)
+{
+    *w = (struct num_ball_matrix){ .rows = rows, .cols = cols };
+    if (rows < NUM_BALL_MATRIX_ROWS || (w->entries = count_entries(b, at, (size_t)rows * (size_t)cols)) < 0)
+        return false;
+    w->entry = sga_malloc(((size_t)w->entries + 1) * sizeof *w->entry);
+    w->row = sga_calloc((size_t)rows + (size_t)cols + 1, sizeof *w->row);
+    w->column = w->row + rows;
+    take_pattern(w, b, at);
+    if (!take_units(w))
+        return false;
+    take_values(w);
+    return lin_all_finite(w->entries, w->B->val) && isfinite(w->error);
+}
+
+void num_ball_matrix_clear(struct num_ball_matrix *w)
+{
+    free(w->entry);
+    free(w->row);
+    lin_sparse_free(w->B);
+    *w = (struct num_ball_matrix){ 0 };
+}
