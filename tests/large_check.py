@@ -14,8 +14,8 @@ import large  # noqa: E402
 
 # By family: two sizes, about 1,000 and 2,500 unknowns, and the most power of the size by which counts may grow between them.
 SIZES = {"chain": (200, 500, 1.15), "ladder": (500, 1250, 1.15), "pairs": (400, 1000, 1.15), "scattered": (700, 2100, 1.15), "grid": (22, 35, 1.3), "network": (22, 35, 1.3),
-         "heat": (30, 48, 1.3), "stokes": (12, 20, 1.5)}
-UNKNOWNS = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "heat": 1, "stokes": 3}
+         "heat": (30, 48, 1.3), "stokes": (12, 20, 1.5), "web": (22, 34, 1.5)}
+UNKNOWNS = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "heat": 1, "stokes": 3, "web": 2}
 
 
 def size(name, n):
@@ -140,6 +140,10 @@ def estimates(tally, solver):
     for number in range(scaled(8)):
         if number % 4 == 3:
             request, _ = large.web(7, want=("trajectory",), stop=rng.choice((0.002, 0.02)))
+        elif number % 4 == 1:      # constraints that leave nothing to choose
+            n = rng.randint(8, 14)
+            request, _ = large.heat(n, want=("trajectory",), spacing=1 / (n + 1), stop=rng.choice((0.1, 1)))
+            request["trajectory"]["outputs"] = ["u1_1", f"u0_{n // 2}", f"u{n // 2}_{n // 2}", f"u{n + 1}_1"]
         else:
             request, _ = large.reaction(rng.randint(32, 48), rng, want=("trajectory",), stop=rng.choice((0.1, 1)))
         given = {}

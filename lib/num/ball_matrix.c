@@ -4,34 +4,36 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arb_ends.h"
 #include "arena.h"
 #include "lin_sparse.h"
 #include "mem.h"
 
-enum { PASSES = 4 };               /* that bring rows and columns to sizes of 1 */
+enum { PASSES = 12 };              /* that bring rows and columns to sizes of 1 */
 /* log2: sizes beyond which entries are not brought into doubles. */
 static const slong SIZE_MOST = 1 << 20;
 
 static arb_srcptr value_at(const struct num_ball *b, expr_id e) { return e == EXPR_UNDEF || arb_is_zero(b->value + e) ? NULL : b->value + e; }
 
 /* -1: too many. */
-static int count_entries(const struct num_ball *b, const expr_id *at, size_t size)
+static int count_entries(const struct num_ball *b, int rows, int cols, size_t stride, const expr_id *at)
 {
-    size_t count = 0, most = size / NUM_BALL_MATRIX_PART;
-    for (size_t k = 0; k < size && count <= most; k++)
-        count += value_at(b, at[k]) != NULL;
+    size_t count = 0, most = (size_t)rows * (size_t)cols / NUM_BALL_MATRIX_PART;
+    for (int i = 0; i < rows && count <= most; i++)
+        for (int j = 0; j < cols; j++)
+            count += value_at(b, at[(size_t)i * stride + (size_t)j]) != NULL;
     return count <= most ? (int)count : -1;
 }
 
-static void take_pattern(struct num_ball_matrix *w, const struct num_ball *b, const expr_id *at)
+static void take_pattern(struct num_ball_matrix *w, const struct num_ball *b, size_t stride, const expr_id *at)
 {
     SGA_ARENA(mem);
     int place = 0, *ptr = sga_zeros(&mem, (size_t)w->rows + 1, sizeof *ptr), *col = sga_take(&mem, ((size_t)w->entries + 1) * sizeof *col);
     for (int i = 0; i < w->rows; i++) {
         for (int j = 0; j < w->cols; j++) {
-            arb_srcptr v = value_at(b, at[(size_t)i * (size_t)w->cols + (size_t)j]);
+            arb_srcptr v = value_at(b, at[(size_t)i * stride + (size_t)j]);
             if (!v)
                 continue;
             w->entry[place] = v;
@@ -42,37 +44,50 @@ static void take_pattern(struct num_ball_matrix *w, const struct num_ball *b, co
     w->B = lin_sparse_new(w->rows, w->cols, ptr, col);
 }
 
-/* By the largest entry of each row, then of each column, some times. False: one is empty, or not finite. */
+/* Means of logarithms of rows and columns in turn (units that differ by rows and by columns are found, which largest entries would not), then the
+ * largest entry of each row. False: a row or a column is empty, or an entry not finite. */
 static bool take_units(struct num_ball_matrix *w)
 {
     SGA_ARENA(mem);
     const struct lin_sparse *B = w->B;
-    slong *size = sga_take(&mem, ((size_t)w->entries + 1) * sizeof *size), *most = sga_take(&mem, ((size_t)w->cols + 1) * sizeof *most);
+    double *size = sga_take(&mem, ((size_t)w->entries + 1) * sizeof *size);
+    double *sum = sga_take(&mem, ((size_t)w->cols + 1) * sizeof *sum), *unit = sga_zeros(&mem, (size_t)w->cols + 1, sizeof *unit);
+    int *count = sga_zeros(&mem, (size_t)w->cols + 1, sizeof *count);
     for (int k = 0; k < w->entries; k++) {
         if (!arb_is_finite(w->entry[k]) || arf_is_zero(arb_midref(w->entry[k])))
             return false;
-        size[k] = num_ball_log2(arb_midref(w->entry[k]));
-        if (size[k] > SIZE_MOST || size[k] < -SIZE_MOST)
+        slong log2 = num_ball_log2(arb_midref(w->entry[k]));
+        if (log2 > SIZE_MOST || log2 < -SIZE_MOST)
             return false;
+        size[k] = (double)log2;
+        count[B->col[k]]++;
     }
+    for (int i = 0; i < w->rows; i++)
+        if (B->ptr[i] == B->ptr[i + 1])
+            return false;
+    for (int j = 0; j < w->cols; j++)
+        if (!count[j])
+            return false;
     for (int pass = 0; pass < PASSES; pass++) {
-        for (int j = 0; j < w->cols; j++)
-            most[j] = WORD_MIN;
+        memset(sum, 0, (size_t)w->cols * sizeof *sum);
         for (int i = 0; i < w->rows; i++) {
-            slong largest = WORD_MIN;
+            double mean = 0;
             for (int k = B->ptr[i]; k < B->ptr[i + 1]; k++)
-                largest = size[k] + w->column[B->col[k]] > largest ? size[k] + w->column[B->col[k]] : largest;
-            if (largest == WORD_MIN)
-                return false;
-            w->row[i] = -largest;
+                mean += size[k] + unit[B->col[k]];
+            mean /= B->ptr[i + 1] - B->ptr[i];
             for (int k = B->ptr[i]; k < B->ptr[i + 1]; k++)
-                most[B->col[k]] = size[k] - largest > most[B->col[k]] ? size[k] - largest : most[B->col[k]];
+                sum[B->col[k]] += size[k] - mean;
         }
-        for (int j = 0; j < w->cols; j++) {
-            if (most[j] == WORD_MIN)
-                return false;
-            w->column[j] = -most[j];
-        }
+        for (int j = 0; j < w->cols; j++)
+            unit[j] = -sum[j] / count[j];
+    }
+    for (int j = 0; j < w->cols; j++)
+        w->column[j] = (slong)nearbyint(unit[j]);
+    for (int i = 0; i < w->rows; i++) {
+        double most = -INFINITY;
+        for (int k = B->ptr[i]; k < B->ptr[i + 1]; k++)
+            most = fmax(most, size[k] + (double)w->column[B->col[k]]);
+        w->row[i] = -(slong)most;
     }
     return true;
 }
@@ -94,15 +109,15 @@ static void take_values(struct num_ball_matrix *w)
     w->error = sqrt(sum) * (1 + 1e-9);
 }
 
-bool num_ball_matrix_init(struct num_ball_matrix *w, const struct num_ball *b, int rows, int cols, const expr_id *at)
+bool num_ball_matrix_init(struct num_ball_matrix *w, const struct num_ball *b, int rows, int cols, int stride, const expr_id *at)
 {
     *w = (struct num_ball_matrix){ .rows = rows, .cols = cols };
-    if (rows < NUM_BALL_MATRIX_ROWS || (w->entries = count_entries(b, at, (size_t)rows * (size_t)cols)) < 0)
+    if (rows < NUM_BALL_MATRIX_ROWS || (w->entries = count_entries(b, rows, cols, (size_t)stride, at)) < 0)
         return false;
     w->entry = sga_malloc(((size_t)w->entries + 1) * sizeof *w->entry);
     w->row = sga_calloc((size_t)rows + (size_t)cols + 1, sizeof *w->row);
     w->column = w->row + rows;
-    take_pattern(w, b, at);
+    take_pattern(w, b, (size_t)stride, at);
     if (!take_units(w))
         return false;
     take_values(w);

@@ -17,6 +17,8 @@ enum { GUARD_BITS = 30 };          /* of the corrections, beyond those asked for
 
 struct system {
     struct num_ball_matrix a;
+    struct lin_lu *lu;
+    double least;                  /* a lower bound of the least singular value of every matrix in the balls; 0: not looked for yet */
     slong prec;
     int m;
     arb_ptr right;                 /* the right side in units of rows */
@@ -48,7 +50,7 @@ static void what_is_left(const struct system *w, arb_ptr r, mag_t size, mag_t ra
 }
 
 /* y += B^-1 r, in doubles. False: out of their range. */
-static bool correct(struct system *w, struct lin_lu *lu, arb_srcptr r, const mag_t size, double *d)
+static bool correct(struct system *w, arb_srcptr r, const mag_t size, double *d)
 {
     slong unit = -MAG_EXP(size);       /* brings it to about 1 */
     if (mag_is_special(size) || COEFF_IS_MPZ(MAG_EXP(size)))
@@ -58,7 +60,7 @@ static bool correct(struct system *w, struct lin_lu *lu, arb_srcptr r, const mag
         arf_mul_2exp_si(v, arb_midref(r + i), unit);
         d[i] = arf_get_d(v, ARF_RND_NEAR);
     }
-    lin_lu_solve(lu, d);
+    lin_lu_solve(w->lu, d);
     if (!lin_all_finite(w->m, d))
         return false;
     for (int i = 0; i < w->m; i++) {
@@ -75,11 +77,11 @@ static bool approximate(struct system *w, mag_t size)
     SGA_ARENA(mem);
     SGA_ENDS(mag_end) mag_t radius = { 0 }, before = { 0 };
     double *d = sga_take(&mem, (size_t)w->m * sizeof *d);
-    struct lin_lu *lu = lin_lu_new(w->a.B);
-    bool ok = lin_lu_factor(lu, w->a.B->val), more = ok;
+    bool ok = true;
     int most = 4 + (int)(w->prec / 8);
     arb_ptr r = _arb_vec_init(w->m);
     mag_inf(before);
+    bool more = true;
     for (int turn = 0; more; turn++) {
         what_is_left(w, r, size, radius);
         mag_mul_2exp_si(radius, radius, 2);
@@ -88,25 +90,28 @@ static bool approximate(struct system *w, mag_t size)
         bool falls = mag_cmp(radius, before) < 0;
         mag_set(before, size);
         ok = mag_is_finite(size) && (rounding || (falls && turn < most));
-        more = ok && !rounding && correct(w, lu, r, size, d);
+        more = ok && !rounding && correct(w, r, size, d);
         ok = ok && (rounding || more);
     }
     _arb_vec_clear(r, w->m);
-    lin_lu_free(lu);
     return ok;
 }
 
-static bool solve(struct system *w, const struct num_ball *b, const struct expr_solve *s, arb_ptr y)
+/* y (m) of the right side whose nodes' values are right[k stride]. */
+static bool solve(struct system *w, const struct num_ball *b, const expr_id *right, int stride, arb_ptr y)
 {
     SGA_ENDS(mag_end) mag_t size = { 0 }, least = { 0 };
-    for (int i = 0; i < w->m; i++)
-        arb_mul_2exp_si(w->right + i, b->value + s->rhs[i], w->a.row[i]);
+    for (int i = 0; i < w->m; i++) {
+        arb_mul_2exp_si(w->right + i, b->value + right[(size_t)i * (size_t)stride], w->a.row[i]);
+        arf_zero(w->y + i);
+    }
     if (!approximate(w, size))
         return false;
-    double sigma = num_least_singular(w->a.B, NULL) - w->a.error;
-    if (!(sigma > 0))
+    if (w->least == 0)
+        w->least = num_least_singular(w->a.B, NULL) - w->a.error;
+    if (!(w->least > 0))
         return false;
-    mag_set_d_lower(least, sigma * (1 - 1e-9));
+    mag_set_d_lower(least, w->least * (1 - 1e-9));
     mag_div(size, size, least);
     for (int j = 0; j < w->m; j++) {
         arf_set(arb_midref(y + j), w->y + j);
@@ -117,18 +122,60 @@ static bool solve(struct system *w, const struct num_ball *b, const struct expr_
     return true;
 }
 
+/* [S u; v d] y = [r; e] with z = S^-1 u and q = S^-1 r: the last unknown is (e - v q) / (d - v z), the others are q less that times z. */
+static bool solve_bordered(struct system *w, const struct num_ball *b, const struct expr_solve *s, arb_ptr y)
+{
+    int n = w->m;
+    const expr_id *last = s->matrix + (size_t)n * (size_t)s->m;
+    SGA_ENDS(arb_end) arb_t over = { 0 }, under = { 0 };
+    arb_ptr z = _arb_vec_init(n);
+    bool ok = solve(w, b, s->matrix + n, s->m, z) && solve(w, b, s->rhs, 1, y);
+    if (ok) {
+        arb_set(over, b->value + s->rhs[n]);
+        arb_set(under, b->value + last[n]);
+        for (int k = 0; k < n; k++) {
+            arb_submul(over, b->value + last[k], y + k, w->prec);
+            arb_submul(under, b->value + last[k], z + k, w->prec);
+        }
+        ok = !arb_contains_zero(under);
+    }
+    if (ok) {
+        arb_div(y + n, over, under, b->prec);
+        for (int k = 0; k < n; k++)
+            arb_submul(y + k, y + n, z + k, b->prec);
+    }
+    _arb_vec_clear(z, n);
+    return ok;
+}
+
+/* A last row and a last column that are filled, of a matrix that is not: the product of the matrix with its transpose would be full. */
+static bool is_bordered(const struct num_ball *b, const struct expr_solve *s)
+{
+    size_t m = (size_t)s->m, row = 0, column = 0;
+    for (size_t k = 0; k + 1 < m; k++) {
+        row += !arb_is_zero(b->value + s->matrix[(m - 1) * m + k]);
+        column += !arb_is_zero(b->value + s->matrix[k * m + m - 1]);
+    }
+    return 2 * row > m && 2 * column > m;
+}
+
 bool num_ball_solve_sparse(const struct num_ball *b, const struct expr_solve *s, arb_ptr y)
 {
-    struct system w = { .prec = b->prec + GUARD_BITS, .m = s->m };
-    bool ok = num_ball_matrix_init(&w.a, b, w.m, w.m, s->matrix);
+    if (s->m <= NUM_BALL_MATRIX_ROWS)
+        return false;
+    bool bordered = is_bordered(b, s), ok;
+    struct system w = { .prec = b->prec + GUARD_BITS, .m = s->m - bordered };
+    ok = num_ball_matrix_init(&w.a, b, w.m, w.m, s->m, s->matrix);
     if (ok) {
         SGA_ARENA(mem);
         w.right = _arb_vec_init(w.m);
         w.y = sga_zeros(&mem, (size_t)w.m, sizeof *w.y);
-        ok = solve(&w, b, s, y);
+        w.lu = lin_lu_new(w.a.B);
+        ok = lin_lu_factor(w.lu, w.a.B->val) && (bordered ? solve_bordered(&w, b, s, y) : solve(&w, b, s->rhs, 1, y));
         for (int j = 0; j < w.m; j++)
             arf_clear(w.y + j);
         _arb_vec_clear(w.right, w.m);
+        lin_lu_free(w.lu);
     }
     num_ball_matrix_clear(&w.a);
     return ok;

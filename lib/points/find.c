@@ -343,7 +343,8 @@ static enum points_status find(const struct points_space *s, double spread, uint
     SGA_ENDS(points_branches_clear) struct points_branches branches;
     points_branches_init(&branches, s);
     double nearer = 1;
-    for (int a = 0; a < (s->starts ? s->starts : STARTS) && status != POINTS_OK; a++) {
+    int starts = s->starts ? s->starts : STARTS;
+    for (int a = 0; a < starts && status != POINTS_OK; a++) {
         if (!sga_budget_ok(s->budget, NULL)) {
             status = POINTS_STOPPED;
             break;
@@ -361,7 +362,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
             points_branches_at_guess(&branches, s, p);
             points_branches_at(&branches, s, p);
         }
-        if (a >= (s->by_shape ? 0 : s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec)) {
+        if (a >= (s->by_shape ? 0 : s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec, s->by_shape || a >= starts / 2)) {
             status = accepted(s, p, strict, outside);
             continue;
         }

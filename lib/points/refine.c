@@ -134,7 +134,7 @@ bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong
     assert(prec > 1);
     const struct points_space *s = j->space;
     if (p->triangular)
-        return points_triangular(s, p, prec);
+        return points_triangular(s, p, prec, true);
     struct square q = { .scale = p->scaled ? s->scale : NULL, .j = j, .p = p, .c = s->constraints, .n = s->variables };
     q.exponent = sga_malloc((size_t)q.c * sizeof *q.exponent);
     q.b = sga_malloc((size_t)q.c * sizeof *q.b);

@@ -20,8 +20,11 @@ struct work {
     size_t shape_cap;
     unsigned char *used;           /* by variable: in a constraint that is solved */
     int *variable_of;              /* by symbol, or -1 */
+    bool any_size;
     int *turn, *chosen;            /* the order of solving, and by constraint the variable to solve for or -1 (any) */
 };
+
+enum { SIZE_MOST = 1000 };         /* log2: of values that are in doubles */
 
 /* All of the cone at v = 0. */
 static void values_at_zero(struct work *w, int symbol)
@@ -98,6 +101,8 @@ static enum answer solve_one(struct work *w, int i)
         if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || points_shape_in(s->st, &w->cone, n.a, w->shape) != POINTS_AFFINE)
             continue;
         answer = solve_for(w, e, v);
+        if (answer == YES && !w->any_size && num_ball_log2(arb_midref(w->p->ball.symbol + s->variable[v])) > SIZE_MOST)
+            return NO;
         w->p->solved[i] = v;
     }
     for (int k = 0; k < w->cone.count; k++) {
@@ -209,10 +214,10 @@ static arb_ptr kept(struct sga_arena *mem, const struct points_space *s, const s
     return v;
 }
 
-bool points_triangular(const struct points_space *s, struct points_point *p, slong prec)
+bool points_triangular(const struct points_space *s, struct points_point *p, slong prec, bool any_size)
 {
     SGA_ARENA(mem);
-    struct work w = { .s = s, .p = p };
+    struct work w = { .s = s, .p = p, .any_size = any_size };
     arb_ptr before = kept(&mem, s, p);
     w.turn = sga_take(&mem, (size_t)(s->constraints + 1) * sizeof *w.turn);
     w.chosen = sga_take(&mem, (size_t)(s->constraints + 1) * sizeof *w.chosen);

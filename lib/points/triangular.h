@@ -11,7 +11,7 @@
 #include "points.h"
 
 /* Sets the solved variables of p from the others, which keep their values (made exact), at
- * so many bits. False: the constraints do not have the shape, or a slope may vanish. */
-bool points_triangular(const struct points_space *space, struct points_point *p, slong prec);
+ * so many bits. False: the constraints do not have the shape, a slope may vanish, or (any_size not set) a value is larger than doubles. */
+bool points_triangular(const struct points_space *space, struct points_point *p, slong prec, bool any_size);
 
 #endif

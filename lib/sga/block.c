@@ -96,7 +96,7 @@ static struct lin_sparse *pivots_of(struct block *b, const struct lin_sparse *B)
 static bool choose_sparse(struct block *b, const struct ech_context *c, int least)
 {
     struct num_ball_matrix v;
-    bool ok = num_ball_matrix_init(&v, &c->oracle->real[0].ball, b->m, b->n, b->at);
+    bool ok = num_ball_matrix_init(&v, &c->oracle->real[0].ball, b->m, b->n, b->n, b->at);
     if (ok) {
         struct lin_sparse *S = pivots_of(b, v.B);
         ok = S->rows >= least && num_least_singular(S, c->budget) > v.error * (1 + 1e-9);

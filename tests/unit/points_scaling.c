@@ -73,7 +73,7 @@ static void triangular(void)
     for (int j = 0; j < 3; j++)
         num_ball_set_d(&p.ball, variable[j], 0.5);
     s.constraints = 1;
-    CHECK(!points_triangular(&s, &p, 100));
+    CHECK(!points_triangular(&s, &p, 100, true));
     points_point_clear(&p);
 }
 
