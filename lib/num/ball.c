@@ -153,7 +153,7 @@ static void solve(struct num_ball *b, int index)
     arb_mat_init(y, m, 1);
     for (int i = 0; i < m; i++)
         arb_set(arb_mat_entry(r, i, 0), b->value + s->rhs[i]);
-    bool ok = arb_mat_solve(y, A, r, b->prec);
+    bool ok = sga_watch_ok() && arb_mat_solve(y, A, r, b->prec);
     for (int i = 0; i < m; i++) {
         if (ok)
             arb_swap(b->solution[index] + i, arb_mat_entry(y, i, 0));

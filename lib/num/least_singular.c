@@ -13,6 +13,7 @@
 #include "lin_gram.h"
 #include "lin_sparse.h"
 #include "mem.h"
+#include "watch.h"
 
 enum { TURNS = 3 };               /* of inverse iteration */
 /* Past so many products and entries of the factor, for each entry of B, the proof would take more than the points do. */

@@ -23,6 +23,8 @@
 #include "triangular.h"
 
 enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500, FOLLOWED = 4 };
+/* Of the starts: those whose values may leave the range of doubles where constraints are solved one after the other. */
+enum { LAST_STARTS = 2 };
 /* How much nearer to the guess the next start is, where one led over a change of branch. */
 static const double NEARER = 0.125;
 /* A place so much farther than all before is one more on the way to infinity, where so many were, the last of them so far in units; nearer than this
@@ -362,7 +364,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
             points_branches_at_guess(&branches, s, p);
             points_branches_at(&branches, s, p);
         }
-        if (a >= (s->by_shape ? 0 : s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec, s->by_shape || a >= starts / 2)) {
+        if (a >= (s->by_shape ? 0 : s->near ? 4 : 1) && s->constraints && points_triangular(s, p, prec, s->by_shape || a + LAST_STARTS >= starts)) {
             status = accepted(s, p, strict, outside);
             continue;
         }

@@ -148,10 +148,10 @@ void field_rows_forget(struct field *f);
 int field_rank_told(struct field *f);
 /* field.c. The largest |v_j| in natural units, 1 at the least. */
 double field_size(const struct field *f, const double *v);
-/* The largest |row v - right side|, each row divided by its largest entry; *row: which. */
+/* field_miss.c. The largest |row v - right side|, each row divided by its largest entry; *row: which. */
 double field_rows_miss(struct field *f, const double *v, int *row);
 /* Each row that misses by more than that much is within roundings of its terms, and of those that rates are sums of: natural units may be far smaller
- * than what doubles tell of these (a velocity of 1e-100 at a place of 100). Costs an evaluation for each variable of each row. */
+ * than what doubles tell of these (a velocity of 1e-100 at a place of 100). Costs the slopes of all rows, and where switches are held an evaluation for each variable of each row. */
 bool field_rows_rounded(struct field *f, const double *v, double miss);
 /* The field at in, by whichever way it goes; direct_out is that of the same place. */
 bool field_value(struct field *f, double *v);
