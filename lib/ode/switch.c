@@ -25,7 +25,9 @@
 #define TRY_AFTER 300          /* where they are not, or it was no better: after so many, then twice, ... */
 #define BACK_AFTER 25          /* implicit steps between looks at the way back */
 #define ON_TRIAL 96            /* steps set by stability after which implicit steps are made although one try of them did not look longer */
-#define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left */
+#define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left; */
+#define SOON_ON_TRIAL 12       /* after so many where the trial costs this part of what is left explicitly */
+#define TRIAL_PART 0.05
 #define GAIN 1.5               /* by which another method must be better */
 #define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
 #define BESIDE 10.0            /* of what a problem says of itself, where the error comes with series (companion.h), and for others by another solution */
@@ -160,7 +162,9 @@ static double implicit_size(struct ode_march *m, double h)
 static bool on_trial(const struct ode_march *m, double there)
 {
     const struct ode_choice *c = &m->choice;
-    return c->enough > ON_TRIAL && !m->method->series && there >= c->h && fabs(ode_goal(m) - m->t) > ON_TRIAL_REST * c->h;
+    double left = fabs(ode_goal(m) - m->t) / c->h;       /* explicit steps */
+    bool soon = c->enough > SOON_ON_TRIAL && BACK_AFTER * c->cost < TRIAL_PART * left * c->explicit->cost;
+    return !m->method->series && there >= c->h && (soon || (c->enough > ON_TRIAL && left > ON_TRIAL_REST));
 }
 
 /* Explicit steps so far: is the implicit method better? */

@@ -65,15 +65,20 @@ static bool beyond_double(const struct sys_system *sys, const struct sga_solutio
     return beyond;
 }
 
+bool consistent_too_large(struct sga_error *err)
+{
+    return sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
+                       "the initial values cannot be projected: a constraint has a value or a slope there that is too large for numbers in double; start "
+                       "elsewhere, or write the equations without a name for what is so large");
+}
+
 static bool refuse(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, int worst, double residual,
                    bool held, struct sga_error *err)
 {
     char *text = expr_text(sys->store, worst < 0 ? EXPR_UNDEF : sol->constraint[worst].expr, 300);
     int g = worst >= 0 ? sol->constraint[worst].generation : 0;
     if (residual < 0 && (has_values(sys, sol, rq) || beyond_double(sys, sol, rq)))
-        sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
-                    "the initial values cannot be projected: a constraint has a value or a slope there that is too large for numbers in double; start "
-                    "elsewhere, or write the equations without a name for what is so large");
+        consistent_too_large(err);
     else if (residual < 0)
         sga_fail_at(err, SGA_E_INITIAL, "/trajectory/initial",
                     "the initial values cannot be projected: the constraints have no value there; start inside their domain");

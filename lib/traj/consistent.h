@@ -21,4 +21,7 @@ double consistent_moved(const struct manifold *m, const struct traj_request *rq,
  * others nearly free. False: none was found. */
 bool consistent_large(struct manifold *m, const struct sizes *sizes, const struct traj_request *rq, const double *elsewhere, double *x);
 
+/* err: a value at the start is larger than doubles are. Returns false. */
+bool consistent_too_large(struct sga_error *err);
+
 #endif

@@ -1,5 +1,6 @@
 /* Motions of what is left of a system where equations define variables. */
 #include "defined.h"
+#include "consistent.h"
 
 #include <assert.h>
 #include <math.h>
@@ -320,6 +321,14 @@ bool defined_start(struct defined *d, struct sga_error *err)
     return edges_start(d, ok ? d->moved : INFINITY) || ok || !held;
 }
 
+bool defined_in_doubles(const struct defined *d, const double *x, struct sga_error *err)
+{
+    bool in = true;
+    for (int i = 0; i < d->sol->definitions && in; i++)
+        in = !isinf(x[d->sol->definition[i].variable]);
+    return in || consistent_too_large(err);
+}
+
 double defined_moved(const struct defined *d, const double *x, double moved)
 {
     if (d->moved >= 0)
@@ -357,5 +366,5 @@ bool defined_initial(const struct defined *d, struct traj_initial *r, struct sga
     free(root);
     r->derivative = rate;
     r->residual = residual;
-    return expr_store_ok(d->sys->store) || (*err = d->sys->store->error, false);
+    return expr_store_ok(d->sys->store) ? defined_in_doubles(d, r->x, err) : (*err = d->sys->store->error, false);
 }

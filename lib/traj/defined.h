@@ -34,6 +34,8 @@ void defined_init(struct defined *d, const struct sys_system *sys, const struct 
  * False with err where held ones cannot be met. */
 bool defined_start(struct defined *d, struct sga_error *err);
 void defined_clear(struct defined *d);
+/* False with err: x, of the whole, has a value that no double holds (s = cosh(10^6 x)). */
+bool defined_in_doubles(const struct defined *d, const double *x, struct sga_error *err);
 /* x of what is left becomes x of the whole, malloced, and x is freed. */
 double *defined_lift(const struct defined *d, double *x);
 /* The distance over which given values moved, to x, of the whole, where that of what is left is `moved`. */

@@ -194,6 +194,9 @@ static bool run_once(const struct sys_system *sys, const struct sga_solution *so
     if (ok) {
         r->initial = defined_lift(&d, r->initial);
         r->moved = defined_moved(&d, r->initial, r->moved);
+        ok = defined_in_doubles(&d, r->initial, err);
+        if (!ok)
+            traj_result_clear(r);
     }
     defined_clear(&d);
     return ok;
