@@ -14,8 +14,8 @@ import large  # noqa: E402
 
 # By family: two sizes, about 1,000 and 2,500 unknowns, and the most power of the size by which counts may grow between them.
 SIZES = {"chain": (200, 500, 1.15), "ladder": (500, 1250, 1.15), "pairs": (400, 1000, 1.15), "scattered": (700, 2100, 1.15), "grid": (22, 35, 1.3), "network": (22, 35, 1.3),
-         "heat": (30, 48, 1.3), "stokes": (12, 20, 1.5), "web": (22, 34, 1.5)}
-UNKNOWNS = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "heat": 1, "stokes": 3, "web": 2}
+         "heat": (30, 48, 1.3), "stokes": (12, 20, 1.5), "web": (22, 34, 1.5), "mesh": (30, 48, 1.5)}
+UNKNOWNS = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "heat": 1, "stokes": 3, "web": 2, "mesh": 1}
 
 
 def size(name, n):
@@ -128,6 +128,25 @@ def stiff_motions(tally, solver):
             tally.check(all(abs(u - v) <= allowed for u, v in zip(a, b)), f"web {n}: two methods at {b[0]}", (a, b, allowed))
 
 
+def lossy_motions(tally, solver):
+    """A mesh whose constraints, solved one after the other, march over it: the equations as they stand give the same by implicit and by explicit steps,
+    and what they are said to miss is missed."""
+    for n in (8, 12, 20, 30):
+        request, _ = large.mesh(n, want=("trajectory",))
+        found = []
+        for method, rtol in (("auto", 1e-6), ("dop853", 1e-6), ("radau", 1e-10)):
+            answer, problem = solver.solve({**request, "accuracy": {"rtol": rtol, "atol": rtol, "method": method}})
+            if not tally.check(answer, f"mesh {n} by {method}", problem):
+                return
+            found.append(answer["trajectory"])
+            tally.check(found[-1]["ended"] is None and len(found[-1]["rows"]) == 11, f"mesh {n} by {method} comes to its end", found[-1]["ended"])
+        exact = found.pop()
+        for motion in found:
+            for a, b in zip(motion["rows"], exact["rows"]):
+                allowed = motion["error_estimate"] + exact["error_estimate"]
+                tally.check(all(abs(u - v) <= allowed for u, v in zip(a, b)), f"mesh {n}: {motion['method']} at {b[0]}", (a, b, allowed))
+
+
 # Of samples whose error is below what is said of it, as in trajectory_errors.py.
 HELD = 0.95
 TIGHT = 1e-11
@@ -181,6 +200,7 @@ def main():
     faults(tally, solver)
     large_faults(tally, solver)
     stiff_motions(tally, solver)
+    lossy_motions(tally, solver)
     estimates(tally, solver)
     return tally.end()
 

@@ -111,13 +111,65 @@ static bool first_value(struct field *f, double t, const double *x, double *v, i
     return field_general(f, v, rank);
 }
 
-/* Large systems whose reduced field is dense are taken as they stand, where nothing is watched and nothing is left to choose. */
-static void begin_whole(struct field *f, double t, const double *x)
+/* Variables are changed by so much of their sizes; and how much farther the velocities of the expressions may go then than those of the rows. */
+static const double CHANGE = 1e-7, FARTHER = 1e4;
+
+static double apart(const struct field *f, const double *a, const double *b)
 {
-    bool may = f->n >= WHOLE_VARIABLES && f->dense >= WHOLE_BLOCK && f->generic_rank == f->n && !f->rates && !f->choice.field;
+    double most = 0;
+    for (int j = 0; j < f->n; j++) {
+        double d = fabs(a[j] - b[j]) / (f->unit ? f->unit[j] : 1);
+        most = isfinite(d) ? fmax(most, d) : INFINITY;
+    }
+    return most;
+}
+
+/* Velocities here (a) and beside (b), by the expressions or by f->whole. */
+static bool here_and_beside(struct field *f, double t, const double *x, double *a, double *b)
+{
+    bool ok = true;
+    for (int beside = 0; beside < 2 && ok; beside++) {
+        int rank;
+        field_load(f, t, x);
+        for (int j = 0; j < f->n && beside; j++)
+            f->in[j] += CHANGE * (fabs(x[j]) + (f->unit ? f->unit[j] : 1)) * sin(1.3 + 2.1 * j);
+        if (f->whole)
+            ok = field_general(f, beside ? b : a, &rank) && rank == f->n;
+        else if ((ok = num_tape_eval(f->direct, f->in, f->direct_out)))
+            memcpy(beside ? b : a, f->direct_out, (size_t)f->n * sizeof *a);
+    }
+    field_load(f, t, x);
+    return ok;
+}
+
+/* An elimination in an order that no values have chosen (a grid solved row by row) makes of a rounding what a march makes of it: velocities change far more
+ * beside this place than those of the rows do. f->whole are these. */
+static bool loses_digits(struct field *f, double t, const double *x)
+{
+    struct whole *whole = f->whole;
+    SGA_ARENA(mem);
+    size_t bytes = ((size_t)f->n + 1) * sizeof(double);
+    double *a = sga_take(&mem, bytes), *b = sga_take(&mem, bytes);
+    bool known = here_and_beside(f, t, x, a, b);
+    double rows = apart(f, a, b) + CHANGE * field_size(f, a);
+    f->whole = NULL;
+    bool far = known && (!here_and_beside(f, t, x, a, b) || apart(f, a, b) > FARTHER * rows);
+    f->whole = whole;
+    return far;
+}
+
+/* Large systems whose reduced field is dense, or loses digits (lossy: known), are taken as they stand, where nothing is watched and nothing is left to choose. */
+static void begin_whole(struct field *f, double t, const double *x, bool lossy)
+{
+    bool dense = f->dense >= WHOLE_BLOCK || lossy, divides = f->fast && f->c && f->pivots;
+    bool may = f->n >= WHOLE_VARIABLES && (dense || divides) && f->generic_rank == f->n && !f->rates && !f->choice.field;
     if (!may || f->sides || f->poles || f->switches.count || f->whole || f->reduced)
         return;
     f->whole = whole_new(f, t, x);
+    if (f->whole && !dense && !loses_digits(f, t, x)) {
+        whole_free(f->whole);
+        f->whole = NULL;
+    }
     f->fast = f->fast && !f->whole;
     f->beyond = f->whole ? -1 : f->beyond;
     if (!f->whole)
@@ -131,7 +183,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     int rank, bad = 0;
     f->begin_t = t;
     field_load(f, t, x);
-    begin_whole(f, t, x);
+    begin_whole(f, t, x, false);
     bool ok = first_value(f, t, x, v, &rank);
     /* with rates the rank is higher than that of the system: what it is at the start */
     f->rank = f->rates && rank > f->generic_rank ? rank : f->generic_rank;
@@ -154,7 +206,9 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
         bool asked = !f->rates && f->n <= ROWS_ASKED;
         /* a row of nothing but roundings (x E2 added to E1, at x = 0) says nothing against the expressions, and much that is wrong where it is solved */
         bool rounded = worst > 1e-9 * size && f->fast && asked && field_rows_rounded(f, v, 1e-9 * size);
-        if (f->fast && worst > 1e-9 * size && !rounded && field_general(f, v, &rank) && rank == f->rank) {
+        if (f->fast && worst > 1e-9 * size && !rounded)
+            begin_whole(f, t, x, true);
+        if ((f->fast || f->whole) && worst > 1e-9 * size && !rounded && field_general(f, v, &rank) && rank == f->rank) {
             f->fast = false;      /* the expressions lose digits here: solve the rows instead */
             if (f->choice.field)
                 f->choice.why = "the expressions lose digits at the start";

@@ -194,6 +194,24 @@ def web(n, want=("index", "constraints"), stop=1):
             {"verdict": "unique", "generations": [n * n], "index": 1})
 
 
+def mesh(n, want=("index", "constraints"), stop=1):
+    """n x n nodes joined by resistors i = u + u^3, a capacitor to ground at every fifth; at the others a leak and a current source. A
+    constraint at each of these, coupled with those around it: index 1."""
+    variables, equations = [f"e{r}_{c}" for r in range(n) for c in range(n)], []
+    for r in range(n):
+        for c in range(n):
+            terms = []
+            for q, k in ((r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1)):
+                if 0 <= q < n and 0 <= k < n:
+                    d = f"(e{q}_{k} - e{r}_{c})"
+                    terms.append(f"{d} + {d}^3")
+            flow = " + ".join(terms)
+            equations.append(f"e{r}_{c}' = {flow} - e{r}_{c}" if (7 * r + 3 * c) % 5 == 0 else f"{flow} - e{r}_{c}/10 + {(r + c) % 3}*sin(t) = 0")
+    held = sum((7 * r + 3 * c) % 5 == 0 for r in range(n) for c in range(n))
+    return (asked(f"a mesh of {n} x {n} nodes", {"form": "equations", "variables": variables, "equations": equations}, {}, ("e0_1", f"e{n // 2}_{n // 2}"), want, stop),
+            {"verdict": "unique", "generations": [held], "index": 1})
+
+
 def reaction(n, rng, want=("index", "trajectory"), stop=1):
     """n species u that react, stiffly, on a random graph of links, each held by an algebraic p that meets a nonlinear equation with the p beside it: n
     coupled constraints, index 1. Equations in any order. All coefficients random."""
@@ -220,13 +238,13 @@ def network(n, **more):
     return grid(n, True, **more)
 
 
-FAMILIES = {"chain": chain, "ladder": ladder, "pairs": pairs, "scattered": scattered, "grid": grid, "network": network, "truss": truss, "heat": heat, "stokes": stokes, "web": web}
-PLANAR = ("grid", "network", "truss", "heat", "stokes", "web")
+FAMILIES = {"chain": chain, "ladder": ladder, "pairs": pairs, "scattered": scattered, "grid": grid, "network": network, "truss": truss, "heat": heat, "stokes": stokes, "web": web, "mesh": mesh}
+PLANAR = ("grid", "network", "truss", "heat", "stokes", "web", "mesh")
 
 
 def sized(name, unknowns):
     """The member of a family that has about so many unknowns of first order."""
-    each = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "truss": 5, "heat": 1, "stokes": 3, "web": 2}[name]
+    each = {"chain": 5, "ladder": 2, "pairs": 2.5, "scattered": 2, "grid": 2, "network": 2, "truss": 5, "heat": 1, "stokes": 3, "web": 2, "mesh": 1}[name]
     n = unknowns / each
     return max(3, round(math.sqrt(n))) if name in PLANAR else 2 * max(1, round(n / 2))
 
