@@ -27,6 +27,8 @@
 #define KEEP_JACOBIAN 1e-3
 #define KEEP_JACOBIAN_FOR 0.1
 #define KEEP_JACOBIAN_MOST 0.3
+/* That it was good for a step says nothing of one that is so much longer. */
+#define KEEP_JACOBIAN_LONGER 30.0
 /* Growth that is never worth a factorisation, and that always is. */
 #define KEEP_STEP 1.2
 #define KEEP_STEP_MOST 3.0
@@ -238,9 +240,9 @@ static double factorisations_part(const struct radau *r)
     return lin_shift_cost(r->lin) * systems / (solves * (lin_shift_solve_cost(r->lin) * systems + s * (r->field_cost + 2 * s * r->n)));
 }
 
-static double radau_accepted(void *state, const struct ode_step *step, double factor)
+/* What the next step is to be multiplied by; whether the Jacobian is kept. */
+static double next_size(struct radau *r, const struct ode_step *step, double factor)
 {
-    struct radau *r = state;
     int most = 7 + (r->tab->s - 3) * 5 / 2;
     memcpy(r->old_z, r->z, (size_t)r->tab->s * (size_t)r->n * sizeof *r->z);
     r->old_h = step->h;
@@ -261,6 +263,14 @@ static double radau_accepted(void *state, const struct ode_step *step, double fa
     else if (factor > KEEP_STEP)
         return factor;
     return r->jac_known && (factor >= 1 || r->kept <= KEEP_PART * part) ? 1 : factor;
+}
+
+static double radau_accepted(void *state, const struct ode_step *step, double factor)
+{
+    struct radau *r = state;
+    factor = next_size(r, step, factor);
+    r->jac_known = r->jac_known && fabs(step->h) * factor <= KEEP_JACOBIAN_LONGER * fabs(r->jac_h);
+    return factor;
 }
 
 /* Inside a step the polynomial misses stiff components by the full interpolation error,

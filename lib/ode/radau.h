@@ -18,6 +18,7 @@ struct radau {
     int sign;                      /* what the real determinant's is for short steps; 0: not known */
     bool sign_fresh;               /* of the present Jacobian */
     bool jac_known, jac_fresh;     /* fresh: taken at the start of this step */
+    double jac_h;                  /* the size of the step that it was taken for */
     double factored_h;             /* 0: not factored for this Jacobian */
     const struct radau_table *factored_tab;
     /* Stages: increments z_i = X_i - x, the same transformed, the field there, and the

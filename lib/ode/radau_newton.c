@@ -266,6 +266,7 @@ static bool matrices(struct radau *r, struct ode_field *field, struct ode_step *
 static bool jacobian(struct radau *r, struct ode_field *field, struct ode_step *step)
 {
     double cost = 0;
+    r->jac_h = step->h;
     if (r->mass)
         return matrices(r, field, step);
     r->jac_known = r->jac_fresh = ode_partials_eval(&r->partials, field, step, r->jac, &cost);

@@ -28,6 +28,7 @@
 #define ON_TRIAL_REST 1000.0   /* where so many explicit steps are left; */
 #define SOON_ON_TRIAL 12       /* after so many where the trial costs this part of what is left explicitly */
 #define TRIAL_PART 0.05
+#define STEADY 0.01            /* of the mean of all steps: where steps pile up at a singularity, whose fast parts are no stiffness, none is tried soon */
 #define GAIN 1.5               /* by which another method must be better */
 #define FINE_RTOL 1.1e-10      /* from here on Taylor series go farther for their work: measured over the references */
 #define BESIDE 10.0            /* of what a problem says of itself, where the error comes with series (companion.h), and for others by another solution */
@@ -163,7 +164,8 @@ static bool on_trial(const struct ode_march *m, double there)
 {
     const struct ode_choice *c = &m->choice;
     double left = fabs(ode_goal(m) - m->t) / c->h;       /* explicit steps */
-    bool soon = c->enough > SOON_ON_TRIAL && BACK_AFTER * c->cost < TRIAL_PART * left * c->explicit->cost;
+    double mean = fabs(m->t - m->start->t) / fmax(1, (double)m->res->stats.steps);
+    bool soon = c->enough > SOON_ON_TRIAL && c->h > STEADY * mean && BACK_AFTER * c->cost < TRIAL_PART * left * c->explicit->cost;
     return !m->method->series && there >= c->h && (soon || (c->enough > ON_TRIAL && left > ON_TRIAL_REST));
 }
 
@@ -202,7 +204,7 @@ static double try_implicit(struct ode_march *m, double h)
     if (better)
         c->enough = STIFF_ENOUGH;
     c->back_at = steps + BACK_AFTER;
-    return there / 3;
+    return better ? there / 3 : fmin(there / 3, c->h);       /* on trial it has to find its size itself */
 }
 
 /* The largest |eigenvalue| of the last Jacobian, by a power iteration: the mean growth of
