@@ -19,7 +19,7 @@ void expr_cone_clear(struct expr_cone *c)
     *c = (struct expr_cone){ 0 };
 }
 
-static int by_id(const void *a, const void *b)
+int expr_by_id(const void *a, const void *b)
 {
     expr_id x = *(const expr_id *)a, y = *(const expr_id *)b;
     return (x > y) - (x < y);
@@ -44,7 +44,7 @@ static void in_order(struct expr_cone *c)
         high = c->list[i] > high ? c->list[i] : high;
     }
     if ((high - low) / DENSE > (expr_id)c->count) {
-        qsort(c->list, (size_t)c->count, sizeof *c->list, by_id);
+        qsort(c->list, (size_t)c->count, sizeof *c->list, expr_by_id);
         return;
     }
     for (expr_id e = low, i = 0; i < (expr_id)c->count; e++)

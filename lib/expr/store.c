@@ -215,12 +215,6 @@ int expr_symbol_find(const struct expr_store *st, const char *name, size_t len)
 
 enum { LARGE_SOLVE = 16 };
 
-static int by_number(const void *a, const void *b)
-{
-    expr_id x = *(const expr_id *)a, y = *(const expr_id *)b;
-    return (x > y) - (x < y);
-}
-
 /* What is in a large system, each once. */
 static void list_children(struct expr_solve *s)
 {
@@ -243,7 +237,7 @@ static void list_children(struct expr_solve *s)
             list[count++] = e;
         before = e;
     }
-    qsort(list, count, sizeof *list, by_number);
+    qsort(list, count, sizeof *list, expr_by_id);
     s->children = 0;
     for (size_t k = 0; k < count; k++)
         if (k == 0 || list[k] != list[k - 1])

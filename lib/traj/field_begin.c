@@ -128,11 +128,15 @@ static double apart(const struct field *f, const double *a, const double *b)
 static bool here_and_beside(struct field *f, double t, const double *x, double *a, double *b)
 {
     bool ok = true;
+    SGA_FREED int *by_name = sga_malloc(((size_t)f->n + 1) * sizeof *by_name);
+    sys_by_name(f->sys, by_name);
     for (int beside = 0; beside < 2 && ok; beside++) {
         int rank;
         field_load(f, t, x);
-        for (int j = 0; j < f->n && beside; j++)
-            f->in[j] += CHANGE * (fabs(x[j]) + (f->unit ? f->unit[j] : 1)) * sin(1.3 + 2.1 * j);
+        for (int i = 0; i < f->n && beside; i++) {
+            int j = by_name[i];
+            f->in[j] += CHANGE * (fabs(x[j]) + (f->unit ? f->unit[j] : 1)) * sin(1.3 + 2.1 * i);
+        }
         if (f->whole)
             ok = field_general(f, beside ? b : a, &rank) && rank == f->n;
         else if ((ok = num_tape_eval(f->direct, f->in, f->direct_out)))
