@@ -1,3 +1,4 @@
+#define _GNU_SOURCE    /* mremap */
 #include "mem.h"
 #include "watch.h"
 
@@ -53,6 +54,22 @@ void sga_zero_pages_free(void *p, size_t size)
         free(p);
     else
         munmap(p, size);
+}
+
+void *sga_zero_pages_grow(void *p, size_t old, size_t size)
+{
+    if (old >= OWN_PAGES) {
+        sga_watch_ask(size - old);
+        p = mremap(p, old, size, MREMAP_MAYMOVE);
+        if (p == MAP_FAILED)
+            sga_watch_failed(size - old);
+        return p;
+    }
+    void *to = sga_zero_pages(size);
+    if (old)
+        memcpy(to, p, old);
+    sga_zero_pages_free(p, old);
+    return to;
 }
 
 void *sga_try_malloc(size_t size)

@@ -19,6 +19,8 @@ void *sga_try_malloc(size_t size);
  * malloc would keep and wipe again. Freed with the same size; NULL is allowed. */
 void *sga_zero_pages(size_t size);
 void sga_zero_pages_free(void *p, size_t size);
+/* The same, larger: what is added is zeros, and the old pages are moved, not copied. p may be NULL (old 0). */
+void *sga_zero_pages_grow(void *p, size_t old, size_t size);
 
 /* Copies n doubles one at a time. For the few that were just written one at a time: memcpy
  * reads them in wider pieces, and the processor then waits until the single writes are done

@@ -44,7 +44,7 @@ void num_ball_release(struct num_ball *b)
         for (size_t i = 0; i < BLOCK && b->used[k]; i++)
             arb_clear(b->value + k * BLOCK + i);
     sga_zero_pages_free(b->value, b->used_cap * BLOCK * sizeof *b->value);
-    free(b->used);
+    sga_zero_pages_free(b->used, b->used_cap);
     b->value = NULL;
     b->used = NULL;
     b->used_cap = 0;
@@ -77,15 +77,8 @@ static void make_room(struct num_ball *b)
     if (blocks <= b->used_cap)
         return;
     blocks = blocks > 2 * b->used_cap ? blocks : 2 * b->used_cap;
-    arb_ptr value = sga_zero_pages(blocks * BLOCK * sizeof *value);
-    unsigned char *used = sga_calloc(blocks, 1);
-    for (size_t k = 0; k < b->used_cap; k++)
-        if ((used[k] = b->used[k]))
-            memcpy(value + k * BLOCK, b->value + k * BLOCK, BLOCK * sizeof *value);
-    sga_zero_pages_free(b->value, b->used_cap * BLOCK * sizeof *b->value);
-    free(b->used);
-    b->value = value;
-    b->used = used;
+    b->value = sga_zero_pages_grow(b->value, b->used_cap * BLOCK * sizeof *b->value, blocks * BLOCK * sizeof *b->value);
+    b->used = sga_zero_pages_grow(b->used, b->used_cap, blocks);
     b->used_cap = blocks;
 }
 
