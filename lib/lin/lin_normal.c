@@ -2,6 +2,7 @@
 #include "lin_normal.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <suitesparse/ldl.h>
@@ -11,8 +12,8 @@
 #include "lin_sparse.h"
 #include "mem.h"
 
-/* What is left of a row's squared length once the rows before it are taken out. */
-static const double LEAST_PIVOT = 1e-6;
+/* What is left of a row's length once the rows before it are taken out. */
+static const double LEAST_LEFT = 1e-3;
 enum { MOST_PRODUCTS = 48, MOST_FILL = 16 };
 
 struct lin_normal {
@@ -22,6 +23,9 @@ struct lin_normal {
     struct lin_gram g;
     int *ptr, *row, *at;           /* J J^T by columns down to the diagonal, which comes last; the entry of each product of g */
     double *a;                     /* its values */
+    double *val;                   /* of J, that it has been factored for, if it has */
+    bool factored;
+    double left;                   /* the least part of a row's squared length that was left */
     int *column, *parent, *fill, *flag, *path, *below;   /* of L: LDL's Lp, Parent, Lnz, Flag, Pattern, Li */
     double *L, *D, *y;
 };
@@ -66,6 +70,7 @@ struct lin_normal *lin_normal_new(const struct lin_sparse *J)
     s->row = sga_zeros(&s->mem, products + c, sizeof *s->row);
     s->at = sga_zeros(&s->mem, products + 1, sizeof *s->at);
     place_products(s);
+    s->val = sga_take(&s->mem, ((size_t)J->ptr[s->c] + 1) * sizeof *s->val);
     s->a = sga_zeros(&s->mem, (size_t)s->ptr[s->c] + 1, sizeof *s->a);
     s->column = sga_zeros(&s->mem, c, sizeof *s->column);
     s->parent = sga_zeros(&s->mem, c, sizeof *s->parent);
@@ -91,25 +96,32 @@ void lin_normal_free(struct lin_normal *s)
     free(s);
 }
 
-/* No row is nearly a combination of those before it; LDL itself stops at a 0 alone. */
-static bool factor(struct lin_normal *s, const double *val)
+/* LDL itself stops at a 0 alone. Values that are the same again, as those of affine constraints are, have their factors. */
+bool lin_normal_factor(struct lin_normal *s, const double *val, double least)
 {
     const struct lin_gram *g = &s->g;
-    memset(s->a, 0, (size_t)s->ptr[s->c] * sizeof *s->a);
-    for (int p = 0; p < g->from[s->c]; p++)
-        s->a[s->at[p]] += val[g->product[p].a] * val[g->product[p].b];
-    bool ok = ldl_numeric(s->c, s->ptr, s->row, s->a, s->column, s->parent, s->fill, s->below, s->L, s->D, s->y, s->path, s->flag, NULL, NULL) == s->c;
-    for (int k = 0; ok && k < s->c; k++)
-        ok = s->D[k] > LEAST_PIVOT * s->a[s->ptr[k + 1] - 1];
-    return ok;
+    size_t entries = (size_t)s->J->ptr[s->c];
+    if (!s->factored || memcmp(s->val, val, entries * sizeof *val) != 0) {
+        memcpy(s->val, val, entries * sizeof *val);
+        memset(s->a, 0, (size_t)s->ptr[s->c] * sizeof *s->a);
+        for (int p = 0; p < g->from[s->c]; p++)
+            s->a[s->at[p]] += val[g->product[p].a] * val[g->product[p].b];
+        s->factored = true;
+        s->left = INFINITY;
+        if (ldl_numeric(s->c, s->ptr, s->row, s->a, s->column, s->parent, s->fill, s->below, s->L, s->D, s->y, s->path, s->flag, NULL, NULL) < s->c)
+            s->left = 0;
+        for (int k = 0; k < s->c && s->left > 0; k++) {
+            double left = s->D[k] / s->a[s->ptr[k + 1] - 1];
+            s->left = left > 0 ? fmin(s->left, left) : 0;
+        }
+    }
+    return s->left > least * least;
 }
 
-bool lin_normal_step(struct lin_normal *s, const double *val, const double *r, double *d)
+bool lin_normal_solve(struct lin_normal *s, const double *val, const double *r, double *d)
 {
     const int *order = s->g.order;
     double *y = s->y;
-    if (!factor(s, val))
-        return false;
     for (int k = 0; k < s->c; k++)
         y[k] = -r[order[k]];
     ldl_lsolve(s->c, y, s->column, s->below, s->L);
@@ -120,4 +132,9 @@ bool lin_normal_step(struct lin_normal *s, const double *val, const double *r, d
         for (int e = s->J->ptr[order[k]]; e < s->J->ptr[order[k] + 1]; e++)
             d[s->J->col[e]] += val[e] * y[k];
     return lin_all_finite(s->n, d);
+}
+
+bool lin_normal_step(struct lin_normal *s, const double *val, const double *r, double *d)
+{
+    return lin_normal_factor(s, val, LEAST_LEFT) && lin_normal_solve(s, val, r, d);
 }

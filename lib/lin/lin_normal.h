@@ -22,4 +22,9 @@ void lin_normal_free(struct lin_normal *s);
  * is some 1e6 roundings at most. */
 bool lin_normal_step(struct lin_normal *s, const double *val, const double *r, double *d);
 
+/* The same in two parts: factors, and d from them as often as asked. `least`: what must be left of each row's length once the rows
+ * before it are taken out (1e-3 above; the error of d grows with the square of 1 / least). val is the one that was factored. */
+bool lin_normal_factor(struct lin_normal *s, const double *val, double least);
+bool lin_normal_solve(struct lin_normal *s, const double *val, const double *r, double *d);
+
 #endif

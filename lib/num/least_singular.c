@@ -6,16 +6,18 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arena.h"
 #include "budget.h"
 #include "dd.h"
 #include "lin_gram.h"
 #include "lin_sparse.h"
+#include "lin_stairs.h"
 #include "mem.h"
 #include "watch.h"
 
-enum { TURNS = 3 };               /* of inverse iteration */
+enum { TURNS = 3, EIGEN_TURNS = 6 };      /* of inverse iteration, and of that of the roundings */
 /* Past so many products and entries of the factor, for each entry of B, the proof would take more than the points do. */
 static const struct lin_gram_most MOST = { 200, 400 };
 
@@ -25,6 +27,7 @@ struct work {
     const struct sga_budget *budget;
     double rounding;              /* of B B^T and its factor together: a bound of |E| in units of the rounding unit */
     double *v;
+    double guess;                 /* of the square of the least singular value, once there is one; 0 */
 };
 
 static void start_vector(int n, double *v)
@@ -68,30 +71,49 @@ static double norm(int n, const double *v)
 #define HIGH(a) ((a).hi)
 #include "least_singular_kernel.h"
 
-/* The largest sum over a row of gamma_k d_i d_j, over what is filled. */
+/* y = P x, P_ij = k_ij d_i d_j where L or its transpose has an entry, k_ij no fewer than the terms of the sum that makes it up. */
+static void times_roundings(const struct lin_gram *g, const double *d, const double *terms, const double *x, double *y)
+{
+    for (int k = 0; k < g->c; k++)
+        y[k] = terms[k] * d[k] * d[k] * x[k];
+    for (int i = 0; i < g->c; i++)
+        for (int q = g->column[i]; q < g->column[i + 1]; q++) {
+            int k = g->row[q];
+            double p = fmin(terms[i], terms[k]) * d[i] * d[k];
+            y[i] += p * x[k];
+            y[k] += p * x[i];
+        }
+}
+
+/* A bound of |E|: the largest eigenvalue of P is at most max_i (P x)_i / x_i for any x > 0 (Collatz), here after some steps towards its eigenvector. */
 static double rounding_of(const struct work *w)
 {
     const struct lin_gram *g = &w->g;
+    const struct lin_sparse *B = w->B;
     SGA_ARENA(mem);
-    double *d = sga_zeros(&mem, (size_t)g->c + 1, sizeof *d), *sum = sga_zeros(&mem, (size_t)g->c + 1, sizeof *sum), most = 0;
-    int terms = 0;
+    size_t c = (size_t)g->c + 1;
+    double *d = sga_zeros(&mem, c, sizeof *d), *terms = sga_take(&mem, c * sizeof *terms), *x = sga_take(&mem, c * sizeof *x), *y = sga_take(&mem, c * sizeof *y);
+    double least = INFINITY;
     for (int k = 0; k < g->c; k++) {
-        const struct lin_sparse *B = w->B;
-        int i = g->order[k], own = g->from[k + 1] - g->from[k] + g->left[k + 1] - g->left[k];
+        int i = g->order[k];
         for (int e = B->ptr[i]; e < B->ptr[i + 1]; e++)
             d[k] += B->val[e] * B->val[e];
         d[k] = sqrt(d[k]);
-        sum[k] = d[k];
-        terms = own > terms ? own : terms;
+        terms[k] = g->from[k + 1] - g->from[k] + g->left[k + 1] - g->left[k] + 8.0;
+        x[k] = 1;
     }
-    for (int i = 0; i < g->c; i++)
-        for (int q = g->column[i]; q < g->column[i + 1]; q++) {
-            sum[g->row[q]] += d[i];
-            sum[i] += d[g->row[q]];
+    for (int turn = 0; turn < EIGEN_TURNS; turn++) {
+        double most = 0, size = 0;
+        times_roundings(g, d, terms, x, y);
+        for (int k = 0; k < g->c; k++) {
+            most = fmax(most, y[k] / x[k]);
+            size = fmax(size, y[k]);
         }
-    for (int k = 0; k < g->c; k++)
-        most = fmax(most, d[k] * sum[k]);
-    return 4 * (terms + 8.0) * most * (1 + 1e-9);       /* 4: products, their sum, the factor, and what is left of second order */
+        least = fmin(least, most);
+        for (int k = 0; k < g->c && size > 0; k++)
+            x[k] = fmax(y[k] / size, 1e-6);
+    }
+    return 4 * least * (1 + 1e-9);       /* 4: products, their sum, the factor, and what is left of second order */
 }
 
 double num_least_singular(const struct lin_sparse *B, const struct sga_budget *budget)
@@ -107,4 +129,56 @@ double num_least_singular(const struct lin_sparse *B, const struct sga_budget *b
     lin_gram_clear(&w.g);
     assert(least >= 0);
     return least;
+}
+
+/* Upper bounds of the 2-norms of the blocks beside the diagonal, by group and earlier group, from the largest sums of rows and columns. */
+static void couplings(const struct lin_stairs *s, double *C)
+{
+    const struct lin_sparse *J = s->J;
+    int groups = s->groups;
+    SGA_ARENA(mem);
+    double *column = sga_take(&mem, ((size_t)J->cols + 1) * sizeof *column), *row = sga_take(&mem, (size_t)groups * sizeof *row);
+    double *rows = sga_take(&mem, (size_t)groups * sizeof *rows), *columns = sga_take(&mem, (size_t)groups * sizeof *columns);
+    for (int g = 0; g < groups; g++) {
+        const struct lin_stair *m = s->at + g;
+        memset(column, 0, (size_t)J->cols * sizeof *column);
+        memset(rows, 0, (size_t)groups * sizeof *rows);
+        memset(columns, 0, (size_t)groups * sizeof *columns);
+        for (int i = 0; i < m->M->rows; i++) {
+            memset(row, 0, (size_t)groups * sizeof *row);
+            for (int e = J->ptr[m->row[i]]; e < J->ptr[m->row[i] + 1]; e++) {
+                row[s->of_column[J->col[e]]] += fabs(J->val[e]);
+                column[J->col[e]] += fabs(J->val[e]);
+            }
+            for (int h = 0; h < groups; h++)
+                rows[h] = fmax(rows[h], row[h]);
+        }
+        for (int j = 0; j < J->cols; j++)
+            if (s->of_column[j] >= 0)
+                columns[s->of_column[j]] = fmax(columns[s->of_column[j]], column[j]);
+        for (int h = 0; h < g; h++)
+            C[g * groups + h] = sqrt(rows[h] * columns[h]) * (1 + 1e-9);
+    }
+}
+
+double num_least_singular_stairs(const struct lin_stairs *s, const struct sga_budget *budget)
+{
+    int n = s->groups;
+    SGA_ARENA(mem);
+    double *C = sga_zeros(&mem, (size_t)(n * n), sizeof *C), *T = sga_zeros(&mem, (size_t)(n * n), sizeof *T), sum = 0;
+    couplings(s, C);
+    for (int g = 0; g < n; g++) {
+        double least = num_least_singular(s->at[g].M, budget);
+        if (!(least > 0))
+            return 0;
+        T[g * n + g] = 1 / least;
+        for (int h = 0; h < g; h++) {
+            for (int j = h; j < g; j++)
+                T[g * n + h] += C[g * n + j] * T[j * n + h];
+            T[g * n + h] /= least;
+        }
+    }
+    for (int k = 0; k < n * n; k++)
+        sum += T[k] * T[k];
+    return (1 - 1e-9) / sqrt(sum);
 }

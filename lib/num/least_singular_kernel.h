@@ -39,16 +39,13 @@ static void NAME(solve)(const struct lin_gram *g, const NUMBER *L, const NUMBER 
     }
 }
 
-/* The bound, from a guess by inverse iteration that is made smaller until the factor shows it. */
-static double NAME(bound)(struct work *w, double u)
+/* A guess of the least eigenvalue by inverse iteration; 0: there is none. */
+static double NAME(guess)(struct work *w, NUMBER *L, NUMBER *D, NUMBER *y)
 {
-    SGA_ARENA(mem);
     const struct lin_gram *g = &w->g;
-    size_t c = (size_t)g->c + 1;
-    NUMBER *L = sga_take(&mem, ((size_t)g->column[g->c] + 1) * sizeof *L), *D = sga_take(&mem, c * sizeof *D), *y = sga_take(&mem, c * sizeof *y);
+    double guess = INFINITY;
     if (!NAME(factor)(g, w->B, 0, L, D, y))
         return 0;
-    double guess = INFINITY, error = w->rounding * u;
     start_vector(g->c, w->v);
     for (int turn = 0; turn < TURNS; turn++) {
         NAME(solve)(g, L, D, w->v);
@@ -59,8 +56,23 @@ static double NAME(bound)(struct work *w, double u)
         for (int i = 0; i < g->c; i++)
             w->v[i] /= length;
     }
-    for (double shift = guess / 4; shift > 4 * error && sga_budget_ok(w->budget, NULL); shift /= 16)
-        if (NAME(factor)(g, w->B, shift, L, D, y))
-            return sqrt(shift - error) * (1 - 0x1p-40);
+    return guess;
+}
+
+/* The bound, from a guess that is made smaller until the factor shows it. One of a coarser number is taken where that shows nothing with it. */
+static double NAME(bound)(struct work *w, double u)
+{
+    SGA_ARENA(mem);
+    const struct lin_gram *g = &w->g;
+    size_t c = (size_t)g->c + 1;
+    NUMBER *L = sga_take(&mem, ((size_t)g->column[g->c] + 1) * sizeof *L), *D = sga_take(&mem, c * sizeof *D), *y = sga_take(&mem, c * sizeof *y);
+    double error = w->rounding * u;
+    for (int had = w->guess > 0; had >= 0; had--) {
+        if (!had)
+            w->guess = NAME(guess)(w, L, D, y);
+        for (double shift = w->guess / 4; shift > 4 * error && shift > w->guess / (had ? 64 : INFINITY) && sga_budget_ok(w->budget, NULL); shift /= 16)
+            if (NAME(factor)(g, w->B, shift, L, D, y))
+                return sqrt(shift - error) * (1 - 0x1p-40);
+    }
     return 0;
 }

@@ -141,13 +141,13 @@ static void start(const struct points_space *s, double spread, uint64_t *random,
         points_into_domain(s, box, random, p);
 }
 
-/* Blank the columns of variables that satisfied constraints contain. Returns how many
- * constraints are not satisfied. */
+/* Blank the columns of variables that satisfied constraints contain; of many constraints those of the point before, though
+ * others may be satisfied by chance. Returns how many constraints are not satisfied, or new. */
 static int only_new(struct points_jacobian *j, struct normal *w, const double *r, unsigned char *old)
 {
-    int c = w->c, open = 0;
+    int c = w->c, open = 0, first = j->space->before->constraints;
     for (int i = 0; i < c; i++) {
-        bool met = fabs(r[i]) < 1e-9;
+        bool met = c > MANY ? i < first : fabs(r[i]) < 1e-9;
         open += !met;
         for (int k = 0; k < j->cols[i] && met && !old[w->n]; k++)
             old[j->col[i][k]] = 1;
@@ -422,8 +422,10 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
     enum points_status status = POINTS_OK;
     *p = (struct points_point){ 0 };
     for (int k = 0; k < stages && status == POINTS_OK; k++) {
-    assert(end[k] >= (k ? end[k - 1] : 0) && end[k] <= s->constraints);
+        assert(end[k] >= (k ? end[k - 1] : 0) && end[k] <= s->constraints);
         part.constraints = end[k];
+        part.end = end;
+        part.ends = k + 1;
         part.before = before.x ? &before : NULL;
         points_point_clear(p);
         status = points_find(&part, spread, random, k + 1 < stages ? NEWTON_BITS : prec, p);

@@ -266,7 +266,7 @@ static bool find_near(struct points_modpoint *p, const struct points_space *s, c
 bool points_modpoint_find(struct points_modpoint *p, const struct points_space *s, const int *solved, int prime, uint64_t *random)
 {
     struct task t = task_of(s, solved, random);
-    if (find(p, &t, prime, 0))
+    if (solved && find(p, &t, prime, 0))
         return true;
     SGA_FREED int *shaped = sga_calloc((size_t)s->constraints + 1, sizeof *shaped);
     bool ok = false;
@@ -274,7 +274,8 @@ bool points_modpoint_find(struct points_modpoint *p, const struct points_space *
         t = task_of(s, shaped, random);
         ok = find(p, &t, prime, 0) || find_lifted(p, s, shaped, prime, random);
     }
-    ok = ok || find_lifted(p, s, solved, prime, random) || find_near(p, s, solved, prime, random);
+    if (solved)
+        ok = ok || find_lifted(p, s, solved, prime, random) || find_near(p, s, solved, prime, random);
     return ok;
 }
 

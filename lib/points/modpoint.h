@@ -12,7 +12,7 @@ struct points_modpoint {
 };
 
 /* A random point: variables that are not solved for are random, the others (solved[i]
- * for constraint i, or by shape where that fails) follow from the constraints block by block; modulo a prime where blocks are affine or
+ * for constraint i, or by shape where that fails or solved is NULL) follow from the constraints block by block; modulo a prime where blocks are affine or
  * have one unknown, modulo a power of a small prime where they are coupled otherwise. False where none is found (unknowns of a
  * block under functions that are not algebraic, more than four guesses): then there is no modular opinion. */
 bool points_modpoint_find(struct points_modpoint *p, const struct points_space *space,

@@ -13,9 +13,11 @@
 #include "mem.h"
 #include "sparse.h"
 
-enum { DENSE_ROWS = 24 };
+enum { DENSE_ROWS = 24, MANY = 500 };
 /* Multiplications of one dense step, some milliseconds, which a search may take hundreds of times; past them the step is a sparse one, of no least norm. */
 static const double DENSE_WORK = 2e7;
+/* Of a row's length, once the rows before it are taken out, for steps that are looked at again: a tenth of a thousandth of a step may be wrong. */
+static const double LEAST_LEFT = 1e-6;
 
 static struct lin_sparse *pattern(const struct normal *w)
 {
@@ -94,8 +96,53 @@ int normal_quick_step(struct normal *w, const double *r, double *d)
     return w->quick && lin_normal_step(w->quick, w->packed, r, d) ? w->c : normal_step(w, r, d);
 }
 
+/* The same where all rows that have entries are independent, all columns of them moving: their number; 0 where they are not, or it would cost more. */
+static int entries_step(struct normal *w, const double *r, double *d)
+{
+    SGA_ARENA(mem);
+    int rows = 0, entries = 0, columns = 0, count = 0;
+    for (int i = 0; i < w->c; i++)
+        entries += w->cols[i];
+    int *ptr = sga_zeros(&mem, (size_t)w->c + 1, sizeof *ptr), *col = sga_take(&mem, ((size_t)entries + 1) * sizeof *col);
+    int *place = sga_take(&mem, ((size_t)w->n + 1) * sizeof *place), *column = sga_take(&mem, ((size_t)w->n + 1) * sizeof *column);
+    double *val = sga_take(&mem, ((size_t)entries + 1) * sizeof *val), *b = sga_take(&mem, ((size_t)w->c + 1) * sizeof *b);
+    memset(place, -1, ((size_t)w->n + 1) * sizeof *place);
+    for (int i = 0; i < w->c; i++) {
+        for (int k = 0; k < w->cols[i]; k++) {
+            int j = w->col[i][k];
+            if (w->value[i][k] == 0)
+                continue;
+            if (place[j] < 0) {
+                column[columns] = j;
+                place[j] = columns++;
+            }
+            col[count] = place[j];
+            val[count++] = w->value[i][k];
+        }
+        if (count > ptr[rows]) {
+            b[rows++] = r[i];
+            ptr[rows] = count;
+        }
+    }
+    if (rows > columns || !rows)
+        return 0;
+    struct lin_sparse *J = lin_sparse_new(rows, columns, ptr, col);
+    struct lin_normal *s = lin_normal_new(J);
+    double *by = sga_take(&mem, ((size_t)columns + 1) * sizeof *by);
+    bool ok = s && lin_normal_factor(s, val, LEAST_LEFT) && lin_normal_solve(s, val, b, by);
+    memset(d, 0, (size_t)w->n * sizeof *d);
+    for (int k = 0; k < columns && ok; k++)
+        d[column[k]] = by[k];
+    lin_normal_free(s);
+    lin_sparse_free(J);
+    return ok ? rows : 0;
+}
+
 int normal_basic_step(struct normal *w, const double *r, double *d)
 {
+    int all = w->c > MANY ? entries_step(w, r, d) : 0;
+    if (all)
+        return all;
     struct points_row *row = sga_calloc((size_t)w->c + 1, sizeof *row);
     SGA_FREED double *b = sga_malloc((size_t)(w->c + 1) * sizeof *b);
     for (int i = 0; i < w->c; i++) {

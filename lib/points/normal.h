@@ -31,7 +31,7 @@ int normal_step(struct normal *w, const double *r, double *d);
 /* The same by the normal equations where these are certain enough: for corrections that are looked at
  * again, several times cheaper. */
 int normal_quick_step(struct normal *w, const double *r, double *d);
-/* d with J d = -r that moves as few variables as there are independent rows (not of least
+/* d with J d = -r: of many rows that are independent of least norm, else one that moves as few variables as there are independent rows (not of least
  * norm); rows without entries and dependent ones are passed over. Sparse. Returns the
  * rank. For Jacobians some of whose columns are held. */
 int normal_basic_step(struct normal *w, const double *r, double *d);

@@ -77,6 +77,7 @@ void points_oracle_clear(struct points_oracle *s)
     free(s->variable);
     free(s->parameter);
     free(s->constraint);
+    free(s->end);
     free(s->defined);
     free(s->cheap);
     free(s->near);
@@ -131,13 +132,16 @@ static void take_space(struct points_oracle *s, const struct points_space *space
     int *parameter = copy_of(space->parameter, (size_t)space->parameters, sizeof *parameter);
     expr_id *constraint = copy_of(space->constraint, (size_t)space->constraints, sizeof *constraint);
     expr_id *defined = copy_of(space->defined, (size_t)space->defineds, sizeof *defined);
+    int *end = copy_of(space->end, (size_t)space->ends, sizeof *end);
     signed char *cheap = space->cheap ? copy_of(space->cheap, (size_t)space->variables, sizeof *cheap) : NULL;
     s->space = *space;
     free(s->defined);
     free(s->cheap);
+    free(s->end);
     free(s->variable);
     free(s->parameter);
     free(s->constraint);
+    s->space.end = s->end = end;
     s->space.variable = s->variable = variable;
     s->space.parameter = s->parameter = parameter;
     s->space.constraint = s->constraint = constraint;

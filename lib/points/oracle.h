@@ -48,7 +48,7 @@ enum { POINTS_REAL = 2, POINTS_MODULAR = 2, POINTS_MODULAR_MOST = 32 };
 
 struct points_oracle {
     struct points_space space;               /* its lists are the next: own copies */
-    int *variable, *parameter;
+    int *variable, *parameter, *end;
     expr_id *constraint, *defined;
     signed char *cheap;
     double *near;

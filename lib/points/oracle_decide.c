@@ -88,7 +88,8 @@ static bool more_modular(struct points_oracle *s)
         return false;
     s->modular_over = true;
     for (int k = 0; k < PRIMES && s->modular_over; k++) {      /* a number that is a root has a residue for some primes only */
-        s->modular_over = !points_modpoint_find(s->modular + s->modulars, &s->space, s->real[0].solved, s->prime, &s->chance);
+        s->modular_over = !points_modpoint_find(s->modular + s->modulars, &s->space, s->real[0].unsolved ? NULL : s->real[0].solved, s->prime,
+                                                &s->chance);
         s->prime = (s->prime + 1) % NUM_MODP_PRIMES;
     }
     s->modulars += !s->modular_over;

@@ -23,7 +23,8 @@ struct points_point {
     double *x;                 /* by variable, midpoints (may be 0 or inf if out of range) */
     double t;
     double *parameter;         /* by parameter */
-    int *solved;               /* by constraint: the variable that was solved for */
+    int *solved;               /* by constraint: the variable that was solved for, */
+    bool unsolved;             /* unless all moved together */
     int variables, constraints, parameters;
 };
 

@@ -29,6 +29,7 @@ struct points_space {
     const double *parameter_near;             /* by parameter: a guess, NAN where there is none; or NULL */
     int time;                                 /* symbol; -1: it is among the variables (points_find only) */
     const expr_id *constraint; int constraints;
+    const int *end; int ends;                 /* of generations, ascending: later ones have variables that the earlier do not, as a rule. A hint alone */
     const expr_id *defined; int defineds;     /* functions that should have values at points, too: starts are chosen so */
     const double *near;                       /* by variable: a guess, or NULL */
     double near_time;

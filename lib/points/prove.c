@@ -13,6 +13,7 @@
 #include "budget.h"
 #include "least_singular.h"
 #include "lin_sparse.h"
+#include "lin_stairs.h"
 #include "mem.h"
 #include "points.h"
 #include "warnings.h"
@@ -139,11 +140,21 @@ static bool by_inverse(struct square *q, const int *place, slong prec)
     return ok;
 }
 
-/* B, the square part of J(x~) as rounded to doubles. NULL: a value is not finite. */
-static struct lin_sparse *square_part(const struct square *q, const int *place)
+/* By variable: which unknown it is, or -1. */
+static int *places(const struct square *q, struct sga_arena *mem)
+{
+    int *place = sga_take(mem, ((size_t)q->n + 1) * sizeof *place);
+    memset(place, -1, ((size_t)q->n + 1) * sizeof *place);
+    for (int i = 0; i < q->unknowns; i++)
+        place[q->unknown[i]] = i;
+    return place;
+}
+
+struct lin_sparse *square_sparse(const struct square *q)
 {
     int c = q->c, total = 0;
     SGA_ARENA(mem);
+    const int *place = places(q, &mem);
     for (int k = 0; k < c; k++)
         total += q->j->cols[k];
     int *ptr = sga_zeros(&mem, (size_t)c + 1, sizeof *ptr), *col = sga_take(&mem, ((size_t)total + 1) * sizeof *col);
@@ -160,16 +171,17 @@ static struct lin_sparse *square_part(const struct square *q, const int *place)
     }
     if (!lin_all_finite(total, val))
         return NULL;
-    struct lin_sparse *B = lin_sparse_new(c, c, ptr, col);
+    struct lin_sparse *B = lin_sparse_new(c, q->unknowns, ptr, col);
     memcpy(B->val, val, (size_t)total * sizeof *val);
     return B;
 }
 
-/* |J(X) - B| as a 2-norm, from the largest sums of rows and columns. */
-static double spread(const struct square *q, const int *place, const struct lin_sparse *B)
+/* From the largest sums of rows and columns. */
+double square_spread(const struct square *q, const struct lin_sparse *B)
 {
     SGA_ARENA(mem);
-    double *column = sga_zeros(&mem, (size_t)q->c + 1, sizeof *column), rows = 0, columns = 0;
+    const int *place = places(q, &mem);
+    double *column = sga_zeros(&mem, (size_t)q->unknowns + 1, sizeof *column), rows = 0, columns = 0;
     SGA_ENDS(arf_end) arf_t b = { 0 };
     SGA_ENDS(arb_end) arb_t off = { 0 };
     for (int k = 0, e = 0; k < q->c; k++) {
@@ -187,43 +199,69 @@ static double spread(const struct square *q, const int *place, const struct lin_
         }
         rows = fmax(rows, row);
     }
-    for (int i = 0; i < q->c; i++)
+    for (int i = 0; i < q->unknowns; i++)
         columns = fmax(columns, column[i]);
     return sqrt(rows * columns) * (1 + 1e-9);
 }
 
 /* With sigma > 0 no more than the least singular value of B, |xi(x~)| / sigma = beta and |J(X) - B| = eta over the ball X of radius rho about
- * x~: x -> x - B^-1 xi(x) maps it into itself and contracts if beta + eta / sigma rho < rho. */
-static bool by_singular_value(struct square *q, const int *place, slong prec)
+ * x~: x -> x - B^+ xi(x) with B^+ = B^T (B B^T)^-1, |B^+| <= 1 / sigma, maps what the ball has of the plane x~ + B^T y into itself and contracts there
+ * if beta + eta / sigma rho < rho, as I - B^+ J is B^+ (B - J) on differences B^T y; where it rests xi is 0. */
+static bool contracts_by(struct square *q, const struct lin_sparse *B, double sigma, double residual, slong prec)
 {
     const struct points_space *s = q->j->space;
     struct num_ball *ball = &q->p->ball;
-    const slong unit = -prec;      /* radii are counted in units of 2^unit */
+    double beta = residual / sigma, rho = 2 * beta * (1 + 1e-9) + 1e-3;
+    bool ok = sigma > 0 && isfinite(rho);
+    for (int i = 0; i < q->unknowns && ok; i++) {
+        mag_ptr radius = arb_radref(ball->symbol + s->variable[q->unknown[i]]);
+        mag_set_d(radius, rho);
+        mag_mul_2exp_si(radius, radius, square_scale(q, q->unknown[i]) - prec);
+    }
+    if (ok) {
+        points_jacobian_values(q->j, ball);
+        points_jacobian_entries(q->j, ball);
+        ok = (beta + square_spread(q, B) / sigma * rho) * (1 + 1e-9) < rho;
+    }
+    for (int i = 0; i < q->unknowns && !ok; i++)
+        mag_zero(arb_radref(ball->symbol + s->variable[q->unknown[i]]));
+    return ok;
+}
+
+bool square_stairs(const struct square *q, const struct lin_sparse *B, struct lin_stairs *stairs)
+{
+    const struct points_space *s = q->j->space;
+    SGA_ARENA(mem);
+    int *group = sga_zeros(&mem, (size_t)q->c + 1, sizeof *group), g = 0;
+    for (int i = 0; i < q->c; i++) {
+        while (g + 1 < s->ends && i >= s->end[g])
+            g++;
+        group[i] = g;
+    }
+    return lin_stairs_init(stairs, B, group, g + 1);
+}
+
+/* By its generations first, whose factors are smaller, then as a whole. Radii are counted in units of 2^-prec. */
+static bool by_singular_value(struct square *q, slong prec)
+{
+    const struct points_space *s = q->j->space;
+    struct num_ball *ball = &q->p->ball;
     ball->prec = prec + 40;
     points_jacobian_values(q->j, ball);
     points_jacobian_entries(q->j, ball);
     double sum = 0;
     for (int k = 0; k < q->c; k++) {
-        double r = bound(num_ball_value(ball, s->constraint[k]), q->exponent[k] + unit);
+        double r = bound(num_ball_value(ball, s->constraint[k]), q->exponent[k] - prec);
         sum += r * r;
     }
-    struct lin_sparse *B = isfinite(sum) ? square_part(q, place) : NULL;
+    struct lin_sparse *B = isfinite(sum) ? square_sparse(q) : NULL;
     if (!B)
         return false;
-    double sigma = num_least_singular(B, s->budget), beta = sqrt(sum) * (1 + 1e-9) / sigma, rho = 2 * beta * (1 + 1e-9) + 1e-3;
-    bool ok = sigma > 0 && isfinite(rho);
-    for (int i = 0; i < q->c && ok; i++) {
-        mag_ptr radius = arb_radref(ball->symbol + s->variable[q->lu.pivot_col[i]]);
-        mag_set_d(radius, rho);
-        mag_mul_2exp_si(radius, radius, unit + square_scale(q, q->lu.pivot_col[i]));
-    }
-    if (ok) {
-        points_jacobian_values(q->j, ball);
-        points_jacobian_entries(q->j, ball);
-        ok = (beta + spread(q, place, B) / sigma * rho) * (1 + 1e-9) < rho;
-    }
-    for (int i = 0; i < q->c && !ok; i++)
-        mag_zero(arb_radref(ball->symbol + s->variable[q->lu.pivot_col[i]]));
+    SGA_ENDS(lin_stairs_clear) struct lin_stairs stairs;
+    bool some = square_stairs(q, B, &stairs) && stairs.groups > 1;
+    double residual = sqrt(sum) * (1 + 1e-9);
+    bool ok = (some && contracts_by(q, B, num_least_singular_stairs(&stairs, s->budget), residual, prec))
+              || contracts_by(q, B, num_least_singular(B, s->budget), residual, prec);
     lin_sparse_free(B);
     return ok;
 }
@@ -231,13 +269,11 @@ static bool by_singular_value(struct square *q, const int *place, slong prec)
 bool points_prove(struct square *q, slong prec)
 {
     SGA_ARENA(mem);
-    int *place = sga_take(&mem, (size_t)q->n * sizeof *place);
-    for (int v = 0; v < q->n; v++)
-        place[v] = -1;
-    for (int i = 0; i < q->c; i++)
-        place[q->lu.pivot_col[i]] = i;
-    if (q->c > DENSE_ROWS && by_singular_value(q, place, prec))
+    const int *place = places(q, &mem);
+    if (q->c > DENSE_ROWS && by_singular_value(q, prec))
         return true;
+    if (q->unknowns > q->c)
+        return false;
     if (q->c > SGA_MOST_PROOF_ROWS) {
         sga_limit_met(q->j->space->budget, SGA_LIMIT_PROOF_ROWS);
         return false;

@@ -10,30 +10,31 @@
 #include "arena.h"
 #include "budget.h"
 #include "doubling.h"
+#include "lin_sparse.h"
 #include "mem.h"
 #include "points_space.h"
 #include "square.h"
 #include "triangular.h"
 
 enum { MANY_BITS = 600, FEW_ROWS = 24 };     /* from where on, and up to where, steps that double the digits pay */
+/* From so many rows on all variables move. */
+enum { MANY_ROWS = 500 };
+/* Of a row's length, what must be left once the rows before it are taken out: its square is a relative error of corrections of some 1e-4. */
+static const double LEAST_LEFT = 1e-6;
 
-static bool factor(struct square *q)
+/* Values at the present point, and the rows' exponents. False: a value is not finite, or all of a row is what a cancellation left. */
+static bool take_values(struct square *q)
 {
     struct points_jacobian *j = q->j;
     points_jacobian_values(j, &q->p->ball);
     points_jacobian_entries(j, &q->p->ball);
-    struct points_row *row = sga_calloc((size_t)q->c, sizeof *row);
-    bool finite = true;
+    bool sound = true;
     for (int i = 0; i < q->c; i++) {
-        int len = j->cols[i];
-        row[i].len = row[i].cap = len;
-        row[i].col = sga_malloc((size_t)len * sizeof(int));
-        row[i].val = sga_malloc((size_t)len * sizeof(double));
         slong e = -(WORD_MAX / 4);
-        bool some = false;        /* not only what is left of a cancellation */
-        for (int k = 0; k < len; k++) {
+        bool some = false;
+        for (int k = 0; k < j->cols[i]; k++) {
             if (!arb_is_finite(j->entry[i] + k)) {
-                finite = false;
+                sound = false;
                 continue;
             }
             some |= !arb_contains_zero(j->entry[i] + k);
@@ -42,15 +43,53 @@ static bool factor(struct square *q)
                 e = x > e ? x : e;
             }
         }
-        finite &= some;
+        sound &= some;
         q->exponent[i] = e;
+    }
+    return sound;
+}
+
+/* As many unknowns as rows. */
+static bool factor(struct square *q)
+{
+    struct points_jacobian *j = q->j;
+    bool sound = take_values(q);
+    struct points_row *row = sga_calloc((size_t)q->c, sizeof *row);
+    for (int i = 0; i < q->c; i++) {
+        int len = j->cols[i];
+        row[i] = (struct points_row){ sga_malloc((size_t)len * sizeof(int)), sga_malloc((size_t)len * sizeof(double)), len, len };
         for (int k = 0; k < len; k++) {
             row[i].col[k] = j->col[i][k];
-            row[i].val[k] = finite ? square_scaled(arb_midref(j->entry[i] + k), e - square_scale(q, j->col[i][k])) : 0;
+            row[i].val[k] = sound ? square_scaled(arb_midref(j->entry[i] + k), q->exponent[i] - square_scale(q, j->col[i][k])) : 0;
         }
     }
     points_lu_factor(&q->lu, row, q->c, q->n, 1e-13);
-    return finite && q->lu.rank == q->c;
+    q->unknowns = q->lu.rank;
+    memcpy(q->unknown, q->lu.pivot_col, (size_t)q->lu.rank * sizeof *q->unknown);
+    return sound && q->lu.rank == q->c;
+}
+
+/* All variables that constraints contain are unknowns. */
+static bool factor_whole(struct square *q)
+{
+    SGA_ARENA(mem);
+    unsigned char *in = sga_zeros(&mem, (size_t)q->n + 1, 1);
+    for (int i = 0; i < q->c; i++)
+        for (int k = 0; k < q->j->cols[i]; k++)
+            in[q->j->col[i][k]] = 1;
+    q->unknowns = 0;
+    for (int v = 0; v < q->n; v++)
+        if (in[v])
+            q->unknown[q->unknowns++] = v;
+    q->J = take_values(q) ? square_sparse(q) : NULL;
+    return q->J && square_stairs(q, q->J, &q->stairs) && lin_stairs_factor(&q->stairs, LEAST_LEFT);
+}
+
+static void end_whole(struct square *q)
+{
+    lin_stairs_clear(&q->stairs);
+    lin_sparse_free(q->J);
+    q->J = NULL;
 }
 
 /* Solve for a right-hand side given by the constraints' values at the present point;
@@ -68,11 +107,22 @@ static slong correction(struct square *q)
     for (int i = 0; i < q->c; i++)
         q->b[i] = square_scaled(arb_midref(num_ball_value(&q->p->ball, q->j->space->constraint[i])), q->exponent[i] + shift);
     memset(q->x, 0, (size_t)q->n * sizeof *q->x);
-    points_lu_solve(&q->lu, q->b, q->x);
+    if (q->J) {
+        for (int i = 0; i < q->c; i++)
+            q->b[i] = -q->b[i];
+        bool finite = lin_stairs_solve(&q->stairs, q->b, q->x);
+        for (int i = q->unknowns - 1; i >= 0; i--) {       /* from a column each unknown has to its variable */
+            double d = finite ? q->x[i] : NAN;
+            q->x[i] = 0;
+            q->x[q->unknown[i]] = d;
+        }
+    } else {
+        points_lu_solve(&q->lu, q->b, q->x);
+    }
     return shift;
 }
 
-/* Newton with the fixed factorization: each step gains about 40 bits. */
+/* Newton with the fixed factorization: each step gains about 40 bits (13 at least where all variables move). */
 static bool iterate(struct square *q, slong prec)
 {
     const struct points_space *s = q->j->space;
@@ -85,8 +135,8 @@ static bool iterate(struct square *q, slong prec)
         ball->prec = prec + 40;
         points_jacobian_values(q->j, ball);
         slong shift = correction(q), size = -(WORD_MAX / 4);
-        for (int i = 0; i < q->c; i++) {
-            int v = q->lu.pivot_col[i];
+        for (int i = 0; i < q->unknowns; i++) {
+            int v = q->unknown[i];
             if (!isfinite(q->x[v]))
                 goto out;
             arf_set_d(d, q->x[v]);
@@ -129,39 +179,65 @@ static bool still_full(struct square *q)
     return full;
 }
 
+/* With corrections that move all variables. False: nothing is proved, and the point is what it was. */
+static bool refine_whole(struct square *q, slong prec)
+{
+    const struct points_space *s = q->j->space;
+    struct num_ball *ball = &q->p->ball;
+    SGA_ARENA(mem);
+    arb_ptr before = arbs_take(&mem, q->n);
+    for (int v = 0; v < q->n; v++)
+        arb_set(before + v, ball->symbol + s->variable[v]);
+    bool ok = factor_whole(q) && iterate(q, prec);
+    end_whole(q);
+    ok = ok && points_prove(q, prec);
+    for (int v = 0; v < q->n && !ok; v++)
+        arb_swap(ball->symbol + s->variable[v], before + v);
+    return ok;
+}
+
+static bool refine_square(struct square *q, slong prec)
+{
+    bool ok = factor(q), many = prec > MANY_BITS && q->c <= FEW_ROWS;
+    if (ok && many && (ok = iterate(q, MANY_BITS)))
+        points_double_digits(q->j, q->p, q->lu.pivot_col, prec);
+    ok = ok && iterate(q, prec);
+    if (ok) {
+        for (int i = 0; i < q->c; i++)
+            q->p->solved[q->lu.pivot_row[i]] = q->lu.pivot_col[i];
+        q->p->certified = points_prove(q, prec);
+        ok = q->p->certified || still_full(q);
+    }
+    points_lu_clear(&q->lu);
+    return ok;
+}
+
 bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)
 {
     assert(prec > 1);
     const struct points_space *s = j->space;
+    p->unsolved = false;
     if (p->triangular)
         return points_triangular(s, p, prec, true);
+    SGA_ARENA(mem);
     struct square q = { .scale = p->scaled ? s->scale : NULL, .j = j, .p = p, .c = s->constraints, .n = s->variables };
-    q.exponent = sga_malloc((size_t)q.c * sizeof *q.exponent);
-    q.b = sga_malloc((size_t)q.c * sizeof *q.b);
-    q.x = sga_malloc((size_t)q.n * sizeof *q.x);
+    q.exponent = sga_take(&mem, ((size_t)q.c + 1) * sizeof *q.exponent);
+    q.b = sga_take(&mem, ((size_t)q.c + 1) * sizeof *q.b);
+    q.x = sga_take(&mem, ((size_t)q.n + 1) * sizeof *q.x);
+    q.unknown = sga_take(&mem, ((size_t)q.n + 1) * sizeof *q.unknown);
     for (int i = 0; i < s->variables; i++)
         mag_zero(arb_radref(p->ball.symbol + s->variable[i]));
     if (p->ball.prec < prec)
         p->ball.prec = prec;
-    bool ok = factor(&q), many = prec > MANY_BITS && q.c <= FEW_ROWS;
-    if (ok && many && (ok = iterate(&q, MANY_BITS)))
-        points_double_digits(j, p, q.lu.pivot_col, prec);
-    ok = ok && iterate(&q, prec);
-    if (ok) {
-        for (int i = 0; i < q.c; i++)
-            p->solved[q.lu.pivot_row[i]] = q.lu.pivot_col[i];
-        p->certified = points_prove(&q, prec);
-        ok = p->certified || still_full(&q);
-    }
-    if (ok) {
-        for (int i = 0; i < q.n; i++)
-            p->x[i] = arf_get_d(arb_midref(p->ball.symbol + s->variable[i]), ARF_RND_NEAR);
-    }
+    bool ok = q.c > MANY_ROWS && refine_whole(&q, prec);
+    p->unsolved = ok;
+    if (ok)
+        p->certified = true;
+    else
+        ok = refine_square(&q, prec);
+    for (int i = 0; i < q.n && ok; i++)
+        p->x[i] = arf_get_d(arb_midref(p->ball.symbol + s->variable[i]), ARF_RND_NEAR);
     p->ball.prec = prec;
     num_ball_forget(&p->ball);
-    points_lu_clear(&q.lu);
-    free(q.exponent);
-    free(q.b);
-    free(q.x);
     return ok;
 }

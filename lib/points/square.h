@@ -1,19 +1,23 @@
-/* Inside the points folder: the square subsystem that a point is refined and proved with. */
+/* Inside the points folder: the subsystem that a point is refined and proved with. */
 #ifndef SGA_POINTS_SQUARE_H
 #define SGA_POINTS_SQUARE_H
 
 #include "arb_ends.h"
+#include "lin_stairs.h"
 #include "sparse.h"
 
 struct points_point;
 
-/* Everything about one square subsystem: rows scaled by 2^-exponent. */
+/* Everything about one subsystem: rows scaled by 2^-exponent; the unknowns are as many variables as there are rows, or all. */
 struct square {
     struct points_jacobian *j;
     struct points_point *p;
     slong *exponent;           /* by constraint */
     const int *scale;          /* by variable, or NULL: unknowns are x / 2^scale */
-    struct points_lu lu;
+    struct points_lu lu;       /* of as many unknowns as rows, */
+    struct lin_sparse *J;      /* or the Jacobian in all variables, and factors for corrections by its generations; NULL */
+    struct lin_stairs stairs;
+    int *unknown, unknowns;    /* variables */
     int c, n;
     double *b, *x;             /* work: rows, columns */
 };
@@ -31,9 +35,16 @@ static inline double square_scaled(const arf_t v, slong exponent)
     return arf_get_d(t, ARF_RND_NEAR);
 }
 
-/* Whether exactly one point of the set lies in a box about the present one, whose radii the balls of the solved variables get. The variables
- * that are not solved for are exact. Cost: up to some rows a dense inverse, then a sparse factor of B B^T, B the square Jacobian; where that
- * shows nothing the dense inverse again, up to SGA_MOST_PROOF_ROWS. */
+/* The Jacobian at the present point, scaled and rounded to doubles: a column for each unknown, in their order. NULL: a value is not finite. */
+struct lin_sparse *square_sparse(const struct square *q);
+/* A bound of |J(X) - B|, the 2-norm, with J(X) in the balls of the entries. */
+double square_spread(const struct square *q, const struct lin_sparse *B);
+/* B in the generations of the constraints. False: these make no stairs. To be ended by lin_stairs_clear in every case. */
+bool square_stairs(const struct square *q, const struct lin_sparse *B, struct lin_stairs *stairs);
+
+/* Whether a point of the set lies in a box about the present one, whose radii the balls of the unknowns get; other variables are exact. Cost: up
+ * to some rows a dense inverse, then a sparse factor of B B^T, B the Jacobian in the unknowns; where that shows nothing and they are as many
+ * as the rows the dense inverse again, up to SGA_MOST_PROOF_ROWS. */
 bool points_prove(struct square *q, slong prec);
 
 #endif

@@ -29,8 +29,12 @@ char *state_text(struct state *s, expr_id e)
 
 enum points_status state_sample(struct state *s)
 {
+    int c = s->sol->constraints;
     s->space.constraint = s->con;
-    s->space.constraints = s->sol->constraints;
+    s->space.constraints = c;
+    SGA_RESERVE_IN(&s->mem, s->end, s->end_cap, (c ? s->sol->constraint[c - 1].generation : 0) + 2);
+    s->space.end = s->end;
+    s->space.ends = sga_stages(s->sol, c, s->end);
     return points_oracle_sample(s->oracle, &s->space);
 }
 

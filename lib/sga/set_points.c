@@ -24,7 +24,7 @@ void set_points_init(struct set_points *p, const struct sys_system *sys, const s
         p->constraint[i] = sol->constraint[i].expr;
     p->space = (struct points_space){
         .st = sys->store, .variable = p->variable, .variables = n, .parameter = sys->parameter, .parameters = sys->parameters,
-        .time = sys->time, .constraint = p->constraint, .constraints = constraints };
+        .time = sys->time, .constraint = p->constraint, .constraints = constraints, .end = p->end, .ends = p->stages };
     assert(p->stages <= generations + 1);
 }
 

@@ -62,7 +62,8 @@ struct state {
     signed char *cheap;                   /* by variable, for the space; NULL: all alike */
     const int *parameter_symbol;          /* borrowed from the system */
     expr_id *defined;                     /* the system's expressions, for the space */
-    expr_id *con; size_t con_cap;         /* the constraints' expressions, for the space */
+    expr_id *con; size_t con_cap;         /* the constraints' expressions, for the space, */
+    int *end; size_t end_cap;             /* and their generations */
     struct expr_flow *flow;               /* in mem */
     struct expr_facts *facts;             /* in mem */
     struct expr_cone cone;
