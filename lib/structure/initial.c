@@ -14,8 +14,11 @@
 #include "differentials.h"
 #include "kinds.h"
 #include "mem.h"
+#include "regular_columns.h"
 #include "structure.h"
 #include "system.h"
+
+enum { FEW = 200 };       /* constraints: beyond, a proof by a singular value costs less than an elimination in balls */
 
 /* What is solved for first: multipliers and other variables whose derivative no equation asks for, then velocities,
  * coordinates last; of each those that a form added before those that the user named, then the last by name, so that the
@@ -268,7 +271,7 @@ void structure_initial(struct structure_work *w, struct structure *out)
             points_jacobian_entries(&j, &p->ball);
             gather(&mem, &a, &j, n);
             out->has_initial = choose(&a, order, n, c, out->solved_for, sequence) == c
-                               && proved(&j, n, p->ball.prec, out->solved_for, sequence);
+                               && ((c > FEW && points_columns_regular(&j, p, out->solved_for)) || proved(&j, n, p->ball.prec, out->solved_for, sequence));
         }
     }
     for (int i = 0; i < c && out->has_initial; i++)
