@@ -188,6 +188,32 @@ def estimates(tally, solver):
     tally.check(kept >= 0.98 * promised, "promises of large motions are kept", (kept, promised))
 
 
+def kroneckers(tally, solver):
+    """The structure of pencils: small ones by their minors, large ones by the generations, with the same blocks by construction."""
+    def told(request):
+        answer, problem = solver.solve({**request, "want": ["structure"]})
+        return answer["structure"]["kronecker"] if answer else problem
+    for n in (8, 40, 1000):
+        k = told(large.pairs(n)[0])
+        found = {key: k.get(key) for key in ("regular", "normal_rank", "finite", "infinite", "right", "left", "basis")}
+        tally.check(found == {"regular": True, "normal_rank": 5 * n // 2, "finite": n, "infinite": [3] * (n // 2), "right": [], "left": [], "basis": "proved"},
+                    f"pairs {n}: structure of the pencil", str(k)[:400])
+        tally.check((k["eigenvalues"] is None) == (n == 1000), f"pairs {n}: eigenvalues", str(k)[:400])
+    for n in (4, 8, 27):       # a potential that no equation has, and an equation that follows from others
+        size, m = 2 * n * (n - 1) + n * n, n * n - 1
+        k = told(large.stokes(n)[0])
+        found = {key: k.get(key) for key in ("regular", "normal_rank", "finite", "infinite", "right", "left")}
+        tally.check(found == {"regular": False, "normal_rank": size - 1, "finite": size - 1 - 2 * m, "infinite": [2] * m, "right": [0], "left": [0]},
+                    f"stokes {n}: structure of the pencil", str(k)[:400])
+    for n in (30, 2100):       # a chain of integrators behind a free function: one minimal index, n
+        loop = {"for": "i = 1:n-1", "equation": "x[i]' = x[i+1]"}
+        k = told({"system": {"form": "equations", "sizes": {"n": n}, "variables": ["x[1:n]"], "equations": [loop]}})
+        if n == 30:
+            tally.check(k["right"] == [n - 1] and k["left"] == [] and k["infinite"] == [], "a chain of integrators", str(k)[:400])
+        else:
+            tally.check("2000" in k.get("reason", ""), "a long chain of integrators is left out, with the reason", str(k)[:400])
+
+
 def main():
     solver, tally = Solver(build_folder()), Tally("large")
     for name, (a, b, _) in SIZES.items():
@@ -196,6 +222,7 @@ def main():
             grows(tally, name, *counts, 1.1)
     answered(tally, solver, "truss", 45)      # rows held far from where starts are drawn
     answered(tally, solver, "stokes", 45)     # most of what an elimination would fill are columns that become no pivots
+    kroneckers(tally, solver)
     dense(tally, solver)
     faults(tally, solver)
     large_faults(tally, solver)

@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "buf.h"
+#include "kronecker_reduced.h"
 #include "pencil.h"
 #include "run_job.h"
 #include "reduction.h"
@@ -146,25 +147,6 @@ static bool left_out(struct job *j, struct kronecker_system *k, const struct sga
 
 static const char *const TOO_LONG = "the eigenvalues were not found within their share of the time; raise limits.seconds";
 
-/* A regular pencil has, among its infinite blocks, as many of size k or more as generation k took off the dimension. Where
- * the reduction was exact this is a proof. */
-static bool shown_by_reduction(const struct job *j, const struct pencil_structure *s)
-{
-    const struct sga_solution *sol = j->solution;
-    const struct sys_system *sys = &j->request->system;
-    int before = sys->variables;
-    bool same = sol->exact && s->regular && sys->rows == sys->variables && !sys->restrictions && !sol->free_columns
-                && sol->verdict != SGA_INCONSISTENT && s->nilpotency == sol->generations && s->finite == sys->variables - sol->constraints;
-    for (int k = 0; k < sol->generations && same; k++) {
-        int blocks = 0;
-        while (blocks < s->infinites && s->infinite[blocks] > k)
-            blocks++;
-        same = blocks == before - sol->dimension[k];
-        before = sol->dimension[k];
-    }
-    return same;
-}
-
 /* A few primes tell the indices when the spectrum took too long. */
 static bool write_without_spectrum(struct job *j, struct kronecker_system *k, const struct pencil *p, struct sga_json *w)
 {
@@ -174,13 +156,29 @@ static bool write_without_spectrum(struct job *j, struct kronecker_system *k, co
     struct sga_error err = { 0 };
     if (!pencil_structure(p, &options, &s, &err))
         return left_out(j, k, &err);
-    write_structure(w, &s, &e, shown_by_reduction(j, &s) ? "proved" : basis_text(&s));
+    write_structure(w, &s, &e, kronecker_shown(j, &s) ? "proved" : basis_text(&s));
+    pencil_structure_clear(&s);
+    return true;
+}
+
+/* Of a pencil that is too large for its determinant what the reduction shows. False: nothing. */
+static bool write_large(struct job *j, const struct pencil *p, struct sga_json *w)
+{
+    struct pencil_structure s;
+    char why[160];
+    struct spectrum e = { .missing = why };
+    if ((p->rows <= PENCIL_MAX && p->cols <= PENCIL_MAX) || !kronecker_reduced(j, p, &s))
+        return false;
+    snprintf(why, sizeof why, "the matrix pencil has %d rows and %d columns; its eigenvalues are computed for at most %d of each", p->rows, p->cols, PENCIL_MAX);
+    write_structure(w, &s, &e, basis_text(&s));
     pencil_structure_clear(&s);
     return true;
 }
 
 static bool write_exact(struct job *j, struct kronecker_system *k, const struct pencil *p, struct sga_json *w)
 {
+    if (write_large(j, p, w))
+        return true;
     struct pencil_structure s;
     struct sga_budget budget = share_of(j->budget);
     struct sga_error err = { 0 };
@@ -189,7 +187,7 @@ static bool write_exact(struct job *j, struct kronecker_system *k, const struct 
     bool ok = pencil_structure(p, &options, &s, &err);
     if (ok && s.no_spectrum) {
         e.missing = TOO_LONG;
-        write_structure(w, &s, &e, shown_by_reduction(j, &s) ? "proved" : basis_text(&s));
+        write_structure(w, &s, &e, kronecker_shown(j, &s) ? "proved" : basis_text(&s));
     } else if (ok && pencil_eigenvalues(&s, j->request->accuracy.rtol, &budget, &e.value, &e.count, &err)) {
         write_structure(w, &s, &e, basis_text(&s));
         pencil_eigenvalues_clear(e.value, e.count);
