@@ -86,7 +86,7 @@ enum { OPTIONS = sizeof options / sizeof *options, MOST_PROCESSES = 256 };
 
 int bad_usage(const char *what, const char *which)
 {
-    fprintf(stderr, "sga: %s%s\n%s", what, which, arguments_usage);
+    fprintf(stderr, "sga: %s%s\nsga --help says how it is used.\n", what, which);
     return USAGE;
 }
 
@@ -168,7 +168,7 @@ static int check_word(struct arguments *args)
 {
     static const char before[] = "/v1/jobs/";
     if (!args->file)
-        return commands[args->command].word ? bad_usage(commands[args->command].name, args->command <= CHECK ? " needs a file" : " needs the id of a job") : DONE;
+        return commands[args->command].word ? bad_usage(commands[args->command].name, args->command <= CHECK ? " needs a file, or - for standard input" : " needs the id of a job") : DONE;
     if (args->command <= CHECK)
         return DONE;
     if (strncmp(args->file, before, strlen(before)) == 0)

@@ -348,6 +348,23 @@ def check_made(tally):
     tally.check(lines <= MOST_LINES, f"README has at most {MOST_LINES} lines", str(lines))
 
 
+def check_homes(tally):
+    """Where a refusal says that a misplaced member stands, it does stand (lib/request/reader.c)."""
+    schema, source = json.loads(text_of("schema/request.json")), text_of("lib/request/reader.c")
+
+    places = {home: [schema["properties"][home], *schema["$defs"].values()] if home == "system" else [schema["properties"][home]] for home in schema["properties"]}
+
+    def has(home, name):
+        nodes = (schema["$defs"][node["$ref"].split("/")[-1]] if "$ref" in node else node for node in places[home])
+        return any(name in node.get("properties", {}) and (home != "system" or {"form", name} <= set(node["properties"])) for node in nodes)
+    homes = re.findall(r'\{ "(\w+)", "(\w+)" \}', source[source.index("homes[] = {"):source.index("sizeof homes")])
+    tally.check(len(homes) >= 15, "homes of members are found", str(homes))
+    for name, home in homes:
+        tally.check(has(home, name), f"{name} is a member of {home}")
+    top = re.findall(r'"(\w+)"', source[source.index("top[] = {"):source.index("sizeof top")])
+    tally.check(len(top) >= 10 and set(top) <= set(schema["properties"]), "members of a request", str(set(top) - set(schema["properties"])))
+
+
 def main():
     tally = Tally("docs")
     build = build_folder()
@@ -356,6 +373,7 @@ def main():
     check_comparison(tally)
     check_links(tally)
     check_made(tally)
+    check_homes(tally)
     check_endpoints(tally)
     check_figures(tally)
     check_marks(tally)

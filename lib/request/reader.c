@@ -90,6 +90,32 @@ static const char *foreign_member(const char *key, const char *const *allowed)
     return NULL;
 }
 
+/* The object of a request that has this member, where it is often looked for in another; or NULL. */
+static const char *home_of(const char *key)
+{
+    static const struct { const char *name, *home; } homes[] = {
+        { "rtol", "accuracy" }, { "atol", "accuracy" }, { "arithmetic", "accuracy" }, { "method", "accuracy" },
+        { "seconds", "limits" }, { "megabytes", "limits" },
+        { "start", "trajectory" }, { "stop", "trajectory" }, { "samples", "trajectory" }, { "times", "trajectory" }, { "initial", "trajectory" },
+        { "events", "trajectory" }, { "outputs", "trajectory" }, { "sliding", "trajectory" }, { "sensitivities", "trajectory" },
+        { "form", "system" }, { "variables", "system" }, { "equations", "system" }, { "parameters", "system" }, { "tables", "system" },
+    };
+    for (size_t i = 0; i < sizeof homes / sizeof *homes; i++)
+        if (strcmp(key, homes[i].name) == 0)
+            return homes[i].home;
+    return NULL;
+}
+
+/* The members of a request itself. */
+static bool is_top(const char *key)
+{
+    static const char *const top[] = { "system", "want", "trajectory", "accuracy", "limits", "linearization", "transfer", "equilibria", "fit", "sweep", "symmetries", "strata" };
+    for (size_t i = 0; i < sizeof top / sizeof *top; i++)
+        if (strcmp(key, top[i]) == 0)
+            return true;
+    return false;
+}
+
 bool only_members(struct reader *rd, const json_t *v, const char *const *allowed)
 {
     if (!json_is_object(v))
@@ -113,6 +139,10 @@ bool only_members(struct reader *rd, const json_t *v, const char *const *allowed
         const char *foreign = foreign_member(key, allowed);
         if (foreign)
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known; %s", key, foreign);
+        else if (home_of(key))
+            at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; it stands in the object \"%s\" of the request", key, home_of(key));
+        else if (is_top(key))
+            at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; it stands in the request itself, beside \"system\"", key);
         else if (s.best)
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known; did you mean \"%s\"?", key, s.best);
         else
