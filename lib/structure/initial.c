@@ -265,7 +265,6 @@ void structure_initial(struct structure_work *w, struct structure *out)
                 continue;
             SGA_ARENA(mem);
             SGA_ENDS(points_jacobian_clear) struct points_jacobian j;
-            num_ball_extend(&p->ball);
             points_jacobian_init(&j, &w->oracle->space);
             points_jacobian_values(&j, &p->ball);
             points_jacobian_entries(&j, &p->ball);

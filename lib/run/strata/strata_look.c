@@ -11,6 +11,7 @@
 #include "differentials.h"
 #include "lin_dense.h"
 #include "oracle.h"
+#include "poly.h"
 #include "reduction.h"
 #include "request.h"
 #include "run_job.h"
@@ -113,6 +114,49 @@ static double step_cost(const struct expr_store *st, const expr_id *con, int c, 
     return cost;
 }
 
+/* By symbol: whether the function contains it. Returns how many. */
+static int mark_symbols(const struct expr_store *st, struct expr_cone *cone, expr_id e, unsigned char *in)
+{
+    int count = 0;
+    expr_cone_of(st, cone, &e, 1);
+    for (int k = 0; k < cone->count; k++)
+        if (st->node[cone->list[k]].op == EXPR_SYM) {
+            in[st->node[cone->list[k]].a] = 1;
+            count++;
+        }
+    return count;
+}
+
+/* Whether the cone has these symbols, all of them and no others. */
+static bool has_symbols(const struct expr_store *st, const struct expr_cone *cone, const unsigned char *in, int count)
+{
+    for (int k = 0; k < cone->count; k++)
+        if (st->node[cone->list[k]].op == EXPR_SYM && (!in[st->node[cone->list[k]].a] || !count--))
+            return false;
+    return count == 0;
+}
+
+/* Whether it is, up to its sign, a constraint of the first generation, as the squared length of a rod less what that is. Asked first: where there are
+ * many constraints a point modulo a prime costs far more. */
+static bool is_constraint(struct job *j, expr_id e)
+{
+    const struct sga_solution *sol = j->solution;
+    struct expr_store *st = &j->request->store;
+    struct poly_limits limits = poly_limits_of(POLY_GLANCE, j->budget);
+    SGA_ARENA(mem);
+    unsigned char *in = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    expr_cone_init(&cone);
+    int count = mark_symbols(st, &cone, e, in);
+    for (int i = 0; i < sol->constraints && sol->constraint[i].generation == 1; i++) {
+        expr_id c = sol->constraint[i].expr;
+        expr_cone_of(st, &cone, &c, 1);
+        if (has_symbols(st, &cone, in, count) && (poly_is_zero(st, expr_sub(st, e, c), &limits) == POLY_YES || poly_is_zero(st, expr_add(st, e, c), &limits) == POLY_YES))
+            return true;
+    }
+    return false;
+}
+
 /* Whether the function has one value, not 0, on all of the final set (x^2 + y^2 on a circle). */
 static bool constant_there(struct job *j, expr_id e)
 {
@@ -134,6 +178,8 @@ static bool constant_there(struct job *j, expr_id e)
     fmpq_set_si(q, (slong)(d * den), (ulong)den);
     expr_id rest = expr_sub(&j->request->store, e, expr_fmpq(&j->request->store, q));
     fmpq_clear(q);
+    if (is_constraint(j, rest))
+        return true;
     if (!points_oracle_modular_zero(s, rest))      /* digits would not be enough */
         return false;
     struct points_decision same = points_oracle_zero(s, rest);
