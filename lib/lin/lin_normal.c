@@ -14,7 +14,7 @@
 
 /* What is left of a row's length once the rows before it are taken out. */
 static const double LEAST_LEFT = 1e-3;
-enum { MOST_PRODUCTS = 48, MOST_FILL = 16 };
+enum { MOST_PRODUCTS = 48, MOST_FILL = 40 };
 
 struct lin_normal {
     struct sga_arena mem;
