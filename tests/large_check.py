@@ -189,10 +189,15 @@ def estimates(tally, solver):
 
 
 def kroneckers(tally, solver):
-    """The structure of pencils: small ones by their minors, large ones by the generations, with the same blocks by construction."""
+    """The structure of pencils: small ones by their minors, large ones by the generations, with the same blocks by construction; and as many
+    free initial values as the final set has dimensions."""
     def told(request):
         answer, problem = solver.solve({**request, "want": ["structure"]})
-        return answer["structure"]["kronecker"] if answer else problem
+        if not answer:
+            return problem
+        free = answer["structure"]["free_initial"]
+        tally.check(free is not None and len(free) == answer["dimensions"]["final"], f"{request['system'].get('name')}: free initial values", str(free)[:200])
+        return answer["structure"]["kronecker"]
     for n in (8, 40, 1000):
         k = told(large.pairs(n)[0])
         found = {key: k.get(key) for key in ("regular", "normal_rank", "finite", "infinite", "right", "left", "basis")}
@@ -214,6 +219,16 @@ def kroneckers(tally, solver):
             tally.check("2000" in k.get("reason", ""), "a long chain of integrators is left out, with the reason", str(k)[:400])
 
 
+def many_generations(tally, solver):
+    """Index n: a generation for each constraint."""
+    for n in (100, 300):
+        loop = {"for": "i = 1:n-1", "equation": "x[i]' = x[i+1] - x[i]"}
+        system = {"form": "equations", "sizes": {"n": n}, "variables": ["x[1:n]"], "equations": [loop, "x[1] = 1"]}
+        answer, problem = solver.solve({"system": system, "want": ["index"], "limits": {"generations": 1000}})
+        if tally.check(answer, f"index {n}", problem):
+            tally.check(answer["index"]["differentiation"] == n and answer["dimensions"]["final"] == 0, f"index {n}", answer["index"])
+
+
 def main():
     solver, tally = Solver(build_folder()), Tally("large")
     for name, (a, b, _) in SIZES.items():
@@ -223,6 +238,7 @@ def main():
     answered(tally, solver, "truss", 45)      # rows held far from where starts are drawn
     answered(tally, solver, "stokes", 45)     # most of what an elimination would fill are columns that become no pivots
     kroneckers(tally, solver)
+    many_generations(tally, solver)
     dense(tally, solver)
     faults(tally, solver)
     large_faults(tally, solver)

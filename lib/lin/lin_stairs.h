@@ -31,7 +31,7 @@ struct lin_stairs {
 };
 
 /* group (rows of J; NULL: all are one): 0 .. groups - 1. The values are those of J. False: a group has fewer new columns than rows, or a row of it none.
- * Ended by lin_stairs_clear in every case. Cost: linear. */
+ * Ended by lin_stairs_clear in every case. Cost: linear for each group: a few are meant. */
 bool lin_stairs_init(struct lin_stairs *s, const struct lin_sparse *J, const int *group, int groups);
 void lin_stairs_clear(struct lin_stairs *s);
 

@@ -19,6 +19,7 @@
 #include "warnings.h"
 
 enum { DENSE_ROWS = 200 };     /* up to here the inverse costs less than a millisecond, and its radii are narrower */
+enum { MOST_GROUPS = 8 };      /* of generations: where there are more, several make one */
 
 /* Upper bound of |v| * 2^-exponent as a double. */
 static double bound(const arb_t v, slong exponent)
@@ -93,10 +94,20 @@ static bool contracts(struct square *q, const double *C, const double *m, const 
     return ok;
 }
 
+/* By variable: which unknown it is, or -1. */
+static int *places(const struct square *q, struct sga_arena *mem)
+{
+    int *place = sga_take(mem, ((size_t)q->n + 1) * sizeof *place);
+    memset(place, -1, ((size_t)q->n + 1) * sizeof *place);
+    for (int i = 0; i < q->unknowns; i++)
+        place[q->unknown[i]] = i;
+    return place;
+}
+
 /* Krawczyk: with C about J^-1, m = |C xi(x)| and E = |I - C J(X)|, the box x +- rho holds
  * exactly one zero if m + E rho < rho. Sums in double are widened by factors that cover
  * their rounding (at most a few thousand terms each). */
-static bool by_inverse(struct square *q, const int *place, slong prec)
+static bool by_inverse(struct square *q, slong prec)
 {
     const struct points_space *s = q->j->space;
     struct num_ball *ball = &q->p->ball;
@@ -136,18 +147,8 @@ static bool by_inverse(struct square *q, const int *place, slong prec)
         points_jacobian_values(q->j, ball);
         points_jacobian_entries(q->j, ball);
     }
-    ok = ok && contracts(q, C, m, rho, place);
+    ok = ok && contracts(q, C, m, rho, places(q, &mem));
     return ok;
-}
-
-/* By variable: which unknown it is, or -1. */
-static int *places(const struct square *q, struct sga_arena *mem)
-{
-    int *place = sga_take(mem, ((size_t)q->n + 1) * sizeof *place);
-    memset(place, -1, ((size_t)q->n + 1) * sizeof *place);
-    for (int i = 0; i < q->unknowns; i++)
-        place[q->unknown[i]] = i;
-    return place;
 }
 
 struct lin_sparse *square_sparse(const struct square *q)
@@ -236,9 +237,9 @@ bool square_stairs(const struct square *q, const struct lin_sparse *B, struct li
     for (int i = 0; i < q->c; i++) {
         while (g + 1 < s->ends && i >= s->end[g])
             g++;
-        group[i] = g;
+        group[i] = s->ends > MOST_GROUPS ? (int)((long)g * MOST_GROUPS / s->ends) : g;
     }
-    return lin_stairs_init(stairs, B, group, g + 1);
+    return lin_stairs_init(stairs, B, group, q->c ? group[q->c - 1] + 1 : 1);
 }
 
 /* By its generations first, whose factors are smaller, then as a whole. Radii are counted in units of 2^-prec. */
@@ -268,8 +269,6 @@ static bool by_singular_value(struct square *q, slong prec)
 
 bool points_prove(struct square *q, slong prec)
 {
-    SGA_ARENA(mem);
-    const int *place = places(q, &mem);
     if (q->c > DENSE_ROWS && by_singular_value(q, prec))
         return true;
     if (q->unknowns > q->c)
@@ -278,5 +277,5 @@ bool points_prove(struct square *q, slong prec)
         sga_limit_met(q->j->space->budget, SGA_LIMIT_PROOF_ROWS);
         return false;
     }
-    return by_inverse(q, place, prec);
+    return by_inverse(q, prec);
 }

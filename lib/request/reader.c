@@ -90,8 +90,8 @@ static const char *foreign_member(const char *key, const char *const *allowed)
     return NULL;
 }
 
-/* The object of a request that has this member, where it is often looked for in another; or NULL. */
-static const char *home_of(const char *key)
+/* The object of a request that has this member, where it is often looked for in another; or NULL, as in that object itself (whose form may have no such). */
+static const char *home_of(const struct reader *rd, const char *key)
 {
     static const struct { const char *name, *home; } homes[] = {
         { "rtol", "accuracy" }, { "atol", "accuracy" }, { "arithmetic", "accuracy" }, { "method", "accuracy" },
@@ -102,7 +102,7 @@ static const char *home_of(const char *key)
     };
     for (size_t i = 0; i < sizeof homes / sizeof *homes; i++)
         if (strcmp(key, homes[i].name) == 0)
-            return homes[i].home;
+            return rd->at.len && strcmp(rd->at.data + 1, homes[i].home) == 0 ? NULL : homes[i].home;
     return NULL;
 }
 
@@ -135,12 +135,12 @@ bool only_members(struct reader *rd, const json_t *v, const char *const *allowed
             suggest_offer(&s, *a);
             sga_buf_printf(&known, "%s%s", known.len ? ", " : "", *a);
         }
+        const char *foreign = foreign_member(key, allowed), *home = home_of(rd, key);
         size_t mark = at_member(rd, key);
-        const char *foreign = foreign_member(key, allowed);
         if (foreign)
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known; %s", key, foreign);
-        else if (home_of(key))
-            at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; it stands in the object \"%s\" of the request", key, home_of(key));
+        else if (home)
+            at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; it stands in the object \"%s\" of the request", key, home);
         else if (is_top(key))
             at_fail(rd, SGA_E_UNKNOWN_MEMBER, "the member \"%.60s\" is not known here; it stands in the request itself, beside \"system\"", key);
         else if (s.best)

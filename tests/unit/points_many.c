@@ -8,6 +8,8 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "differentials.h"
+#include "regular_columns.h"
 
 enum { RODS = 300, ROWS = 2 * RODS, VARIABLES = 4 * RODS + 1 };
 
@@ -79,6 +81,32 @@ static void proved(const int *end, int ends)
     points_point_clear(&p);
 }
 
+/* The joints' x and x' are regular: each rod has one of its own. With the variable of no constraint in place of one they are not, nor with the
+ * velocities of both directions in place of all positions. */
+static void columns(void)
+{
+    static const int end[] = { RODS, ROWS };
+    struct points_space s = { .st = &st, .variable = variable, .variables = VARIABLES, .time = -1, .constraint = con, .constraints = ROWS, .near = near, .end = end, .ends = 2 };
+    struct points_point p;
+    struct points_jacobian j;
+    uint64_t random = 7;
+    int column[ROWS];
+    CHECK(points_find(&s, 0, &random, 192, &p) == POINTS_OK, "found");
+    points_jacobian_init(&j, &s);
+    points_jacobian_values(&j, &p.ball);
+    points_jacobian_entries(&j, &p.ball);
+    for (int k = 0; k < ROWS; k++)
+        column[k] = 2 * k;                 /* x and x' */
+    CHECK(points_columns_regular(&j, &p, column), "x and x'");
+    column[RODS] = VARIABLES - 1;
+    CHECK(!points_columns_regular(&j, &p, column), "a variable of no constraint");
+    for (int k = 0; k < ROWS; k++)
+        column[k] = 4 * (k / 2) + 2 + k % 2;       /* x' and y' */
+    CHECK(!points_columns_regular(&j, &p, column), "velocities alone");
+    points_jacobian_clear(&j);
+    points_point_clear(&p);
+}
+
 static void dependent(void)
 {
     struct points_space s = { .st = &st, .variable = variable, .variables = VARIABLES, .time = -1, .constraint = con, .constraints = ROWS + 1, .near = near, .starts = 3 };
@@ -95,6 +123,7 @@ int main(void)
     make();
     proved(end, 2);
     proved(NULL, 0);
+    columns();
     dependent();
     expr_store_clear(&st);
     return CHECK_END();

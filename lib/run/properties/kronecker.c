@@ -156,7 +156,7 @@ static bool write_without_spectrum(struct job *j, struct kronecker_system *k, co
     struct sga_error err = { 0 };
     if (!pencil_structure(p, &options, &s, &err))
         return left_out(j, k, &err);
-    write_structure(w, &s, &e, kronecker_shown(j, &s) ? "proved" : basis_text(&s));
+    write_structure(w, &s, &e, kronecker_shown(j, p, &s) ? "proved" : basis_text(&s));
     pencil_structure_clear(&s);
     return true;
 }
@@ -187,7 +187,7 @@ static bool write_exact(struct job *j, struct kronecker_system *k, const struct 
     bool ok = pencil_structure(p, &options, &s, &err);
     if (ok && s.no_spectrum) {
         e.missing = TOO_LONG;
-        write_structure(w, &s, &e, kronecker_shown(j, &s) ? "proved" : basis_text(&s));
+        write_structure(w, &s, &e, kronecker_shown(j, p, &s) ? "proved" : basis_text(&s));
     } else if (ok && pencil_eigenvalues(&s, j->request->accuracy.rtol, &budget, &e.value, &e.count, &err)) {
         write_structure(w, &s, &e, basis_text(&s));
         pencil_eigenvalues_clear(e.value, e.count);

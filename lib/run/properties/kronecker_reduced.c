@@ -4,6 +4,7 @@
 #include <assert.h>
 #include <flint/fmpq.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arena.h"
 #include "exact_rank.h"
@@ -19,23 +20,6 @@ static bool exact_and_whole(const struct job *j)
 {
     const struct sga_solution *sol = j->solution;
     return sol->exact && !j->request->system.restrictions && sol->verdict != SGA_INCONSISTENT;
-}
-
-bool kronecker_shown(const struct job *j, const struct pencil_structure *s)
-{
-    const struct sga_solution *sol = j->solution;
-    const struct sys_system *sys = &j->request->system;
-    int before = sys->variables;
-    bool same = exact_and_whole(j) && s->regular && sys->rows == sys->variables && !sol->free_columns
-                && s->nilpotency == sol->generations && s->finite == sys->variables - sol->constraints;
-    for (int k = 0; k < sol->generations && same; k++) {
-        int blocks = 0;
-        while (blocks < s->infinites && s->infinite[blocks] > k)
-            blocks++;
-        same = blocks == before - sol->dimension[k];
-        before = sol->dimension[k];
-    }
-    return same;
 }
 
 /* An entry of (A | B) in a row, or of (A | B)^T in a column. */
@@ -154,4 +138,19 @@ bool kronecker_reduced(const struct job *j, const struct pencil *p, struct penci
     out->left = zeros_of(lefts);
     assert(out->finite >= 0 && pencil_structure_sane(p, out));
     return true;
+}
+
+static bool same_list(const int *a, int count, const int *b, int other)
+{
+    return count == other && memcmp(a, b, (size_t)count * sizeof *a) == 0;
+}
+
+bool kronecker_shown(const struct job *j, const struct pencil *p, const struct pencil_structure *s)
+{
+    struct pencil_structure r;
+    bool same = kronecker_reduced(j, p, &r) && r.normal_rank == s->normal_rank && r.finite == s->finite
+                && same_list(r.infinite, r.infinites, s->infinite, s->infinites) && same_list(r.right, r.rights, s->right, s->rights)
+                && same_list(r.left, r.lefts, s->left, s->lefts);
+    pencil_structure_clear(&r);
+    return same;
 }

@@ -8,14 +8,12 @@ struct job;
 struct pencil;
 struct pencil_structure;
 
-/* Whether the structure is what the generations of the reduction say, which was exact: a regular pencil has among its infinite blocks as many of size k
- * or more as generation k took off the dimension. */
-bool kronecker_shown(const struct job *j, const struct pencil_structure *s);
-
 /* The structure without its spectrum, proved: of a pencil that is regular, or whose minimal indices are all 0 (combinations of unknowns that no
  * equation has, and of equations that have no unknown: as many as are free, and as are too many). Then the dimensions of the generations are those
  * of the infinite blocks alone. False: other minimal indices, or the reduction was not exact; out is empty. Cost: none for a square pencil without
  * freedom, else two sparse eliminations. */
 bool kronecker_reduced(const struct job *j, const struct pencil *p, struct pencil_structure *out);
+/* Whether that is this structure, which is then proved. */
+bool kronecker_shown(const struct job *j, const struct pencil *p, const struct pencil_structure *s);
 
 #endif

@@ -137,7 +137,7 @@ static bool has_symbols(const struct expr_store *st, const struct expr_cone *con
 }
 
 /* Whether it is, up to its sign, a constraint of the first generation, as the squared length of a rod less what that is. Asked first: where there are
- * many constraints a point modulo a prime costs far more. */
+ * many constraints a point modulo a prime costs far more; but that serves all factors, so that comparing ends once it has cost a walk of the store. */
 static bool is_constraint(struct job *j, expr_id e)
 {
     const struct sga_solution *sol = j->solution;
@@ -148,9 +148,10 @@ static bool is_constraint(struct job *j, expr_id e)
     SGA_ENDS(expr_cone_clear) struct expr_cone cone;
     expr_cone_init(&cone);
     int count = mark_symbols(st, &cone, e, in);
-    for (int i = 0; i < sol->constraints && sol->constraint[i].generation == 1; i++) {
+    for (int i = 0; i < sol->constraints && sol->constraint[i].generation == 1 && j->strata.compared <= st->nodes; i++) {
         expr_id c = sol->constraint[i].expr;
         expr_cone_of(st, &cone, &c, 1);
+        j->strata.compared += cone.count;
         if (has_symbols(st, &cone, in, count) && (poly_is_zero(st, expr_sub(st, e, c), &limits) == POLY_YES || poly_is_zero(st, expr_add(st, e, c), &limits) == POLY_YES))
             return true;
     }
