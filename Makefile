@@ -95,7 +95,7 @@ DEPS_formats   := tools plot families export request form sys expr base
 DEPS_records   := tools base
 DEPS_store     := records tools base
 DEPS_postgres  := store records tools base
-DEPS_child     := settings run base
+DEPS_child     := settings tools run base
 DEPS_jobs      := child store records settings tools run base
 DEPS_access    := jobs postgres store records settings tools base
 DEPS_framing   := base
@@ -125,7 +125,7 @@ STEPS_OBJ := $(if $(POSTGRES),$(B)/server/pg_steps.o)
 SERVER_OBJ := $(SERVER_SRC:%.c=$(B)/%.o) $(B)/server/embedded.o $(B)/server/page_files.o $(STEPS_OBJ)
 # The client takes results apart with the daemon's JSON scanner, and writes problems as the
 # daemon does; it needs no JSON library. A tradeoff is shown by the same code too.
-CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
+CLIENT_OBJ := $(patsubst %.c,$(B)/%.o,$(wildcard clients/*.c)) $(addprefix $(B)/server/,tools/json_scan.o tools/json_string.o tools/spool.o) $(patsubst %.c,$(B)/%.o,$(wildcard server/formats/*.c))
 
 .PHONY: all lib python shared install uninstall deb deb-test arm64-test FORCE run test quick units lint coverage mutants unit bench kill-test chaos-test faults-test many-test order-test soak-test fuzz fuzz-build clean deps check-deps
 all: $(B)/sgad $(B)/sga $(B)/libsga.a
@@ -302,7 +302,7 @@ floor_obj = $(foreach d,$(1) $(DEPS_$(1)),$(patsubst %.c,$(B)/%.o,$(wildcard lib
 define unit_rules
 $(B)/unit/$(notdir $(basename $(1))): $(1) $(call floor_obj,$(call floor_of,$(1))) $(if $(filter jobs,$(call floor_of,$(1))),$(B)/libsga.a)
 	@mkdir -p $$(@D)
-	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1)))) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(if $(filter jobs,$(call floor_of,$(1))),$(B)/libsga.a) $(LIBS) $(if $(filter jobs,$(call floor_of,$(1))),$(SERVER_LIBS)) $(if $(findstring _memory,$(1)),$(FAILING))
+	$(Q)$(CC) $(ALL_CFLAGS) -iquote tests/unit $(call quote,$(call floor_of,$(1)) $(DEPS_$(call floor_of,$(1)))) -o $$@ $(1) $(call floor_obj,$(call floor_of,$(1))) $(if $(filter jobs,$(call floor_of,$(1))),$(B)/libsga.a) $(LIBS) $(if $(filter jobs tools,$(call floor_of,$(1))),$(SERVER_LIBS)) $(if $(findstring _memory,$(1)),$(FAILING))
 endef
 $(foreach u,$(wildcard tests/unit/*.c),$(eval $(call unit_rules,$(u))))
 # What every store promises, asked of the one that is named: the folders of server/ that it needs, and no others.

@@ -22,6 +22,7 @@
 #include "run.h"
 #include "sandbox.h"
 #include "service.h"
+#include "spool.h"
 #include "successor.h"
 #include "tokens.h"
 #include "worker.h"
@@ -107,6 +108,7 @@ static bool start(struct parts *p, char *why, size_t size)
         && (p->http = http_open(sv, why, size)) && (inherit_ready(), true)
         && (sv->store = sv->config->store ? postgres_open(sv->config->store, sga_version(), sv->metrics, why, size)
                                          : store_open(sv->config->state, inherited() ? (double)sv->config->grace + TAKE_OVER_SECONDS : 0, sv->metrics, why, size))
+        && (spool_folder(sv->config->store ? NULL : sv->config->state), true)
         && (store_limit(sv->store, &sv->config->cache_disk), true)
         && (sv->jobs = jobs_new(sv->config, sv->store, sv->memory_cache, sv->metrics, hooks))
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))

@@ -39,7 +39,7 @@ static bool begin(struct part *p, struct job *of)
 {
     struct request *r = &p->request;
     p->err = (struct sga_error){ 0 };
-    p->job = (struct job){ .request = r, .request_text = of->request_text, .request_length = of->request_length, .host = { .most_result = of->host.most_result, .team = of->host.team },
+    p->job = (struct job){ .request = r, .request_text = of->request_text, .request_length = of->request_length, .host = { .most_result = of->host.most_result, .team = of->host.team, .flow = of->host.flow },
                            .stages = of->stages, .stage = of->stage, .budget = of->budget, .warnings = &p->warnings, .clock = of->clock, .err = &p->err };
     *r = (struct request){ 0 };
     if (!request_read(r, of->request_text, of->request_length, &p->err))

@@ -202,7 +202,8 @@ bool sga_run(const char *request, size_t length, const struct sga_run_options *o
     static const struct sga_run_options none = { 0 };
     const struct sga_run_options *o = options ? options : &none;
     struct sga_error own = { 0 };
-    const struct job first = { .host = { o->max_result, o->progress, o->ctx, o->team }, .err = err ? err : &own, .stages = job_stages, .stage = "request",
+    struct answer_flow flow = { out, o->give, o->ctx, 0 };
+    const struct job first = { .host = { o->max_result, o->progress, o->ctx, o->team, o->give ? &flow : NULL }, .err = err ? err : &own, .stages = job_stages, .stage = "request",
                                .spent = o->team && o->team->member ? o->team->spent : 0 };
     struct run r = { first, o, { .from = MOTION, .to = WRITING, .tell = o->progress ? tell_share : NULL } };
     r.share.ctx = &r.job;

@@ -27,6 +27,9 @@ struct sga_run_options {
     void (*wall)(void *ctx, const struct sga_error *err);
     void (*progress)(void *ctx, const char *stage, double fraction, double t);  /* may be NULL; fraction 0..1; t: where a motion is, else NAN */
     bool (*cancelled)(void *ctx);       /* may be NULL; asked often */
+    /* Takes a long result piece by piece while it is written: what is left is appended to out, also of a result that is short. A job may
+     * fail after some were given. NULL: all of it is appended to out. */
+    void (*give)(void *ctx, const char *text, size_t length);
     void *ctx;
     /* Memory for machine code, made before a sandbox is entered that would forbid it. NULL, or a
      * process that may not run it: formulas are interpreted, and answers are the same to the bit. */

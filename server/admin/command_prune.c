@@ -63,7 +63,8 @@ static bool read_wish(int argc, char **argv, struct wish *w)
     return any;
 }
 
-static bool run(sqlite3 *db, const char *sql, int64_t bound)
+/* Adds to *removed how many rows went, unless NULL. */
+static bool run(sqlite3 *db, const char *sql, int64_t bound, int *removed)
 {
     sqlite3_stmt *s = NULL;
     bool ok = sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK;
@@ -71,6 +72,8 @@ static bool run(sqlite3 *db, const char *sql, int64_t bound)
         sqlite3_bind_int64(s, 1, bound);
     ok = ok && sqlite3_step(s) == SQLITE_DONE;
     sqlite3_finalize(s);
+    if (ok && removed)
+        *removed += sqlite3_changes(db);
     return ok;
 }
 
@@ -91,12 +94,11 @@ struct rule { const char *sql; int64_t bound; };
 
 static bool prune(sqlite3 *db, const struct rule *rule, int count, const char *what)
 {
-    int before = sqlite3_total_changes(db);
+    int removed = 0;
     bool ok = true;
     for (int i = 0; ok && i < count; i++)
-        ok = rule[i].bound < 0 || run(db, rule[i].sql, rule[i].bound);
-    int removed = sqlite3_total_changes(db) - before;
-    if (ok && run(db, "VACUUM", -1)) {
+        ok = rule[i].bound < 0 || run(db, rule[i].sql, rule[i].bound, &removed);
+    if (ok && run(db, "VACUUM", -1, NULL)) {
         printf("%d %s removed\n", removed, what);
         return true;
     }

@@ -9,7 +9,8 @@ struct sga_error;
 struct child_inbox {
     struct wire_header head;
     size_t head_len, len;
-    char *data;                      /* head.length bytes and a 0; owned */
+    size_t rested;                   /* bytes of data that are not looked at any more (spool_rest) */
+    char *data;                      /* head.length bytes and a 0; of spool_new; owned */
 };
 
 enum received {
@@ -23,6 +24,16 @@ enum received {
 enum received child_receive(struct child_inbox *in, int fd, size_t limit);
 /* Waits until the deadline (sga_now()); past it RECEIVED_PART. */
 enum received child_receive_until(struct child_inbox *in, int fd, size_t limit, double deadline);
+/* A result that comes in pieces, as far as it has come. */
+struct child_parts {
+    char *text;                      /* of spool_new, with room for so many bytes; NULL: none came */
+    size_t len, room;
+};
+/* One more piece (WIRE_PART). False: memory ended. */
+bool child_parts_add(struct child_parts *p, const struct child_inbox *in);
+/* The last message (WIRE_DONE): now it has all of the text, which p gives up. False: memory ended. */
+bool child_parts_end(struct child_parts *p, struct child_inbox *in);
+void child_parts_clear(struct child_parts *p);
 /* The error in a message: trusted no further than its size. */
 void child_error(const struct child_inbox *in, struct sga_error *err);
 void child_inbox_clear(struct child_inbox *in);

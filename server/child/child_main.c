@@ -92,6 +92,13 @@ static bool cancelled(void *ctx)
     return r->cancelled;
 }
 
+static void give(void *ctx, const char *text, size_t length)
+{
+    (void)ctx;
+    if (!wire_send(SOCKET, WIRE_PART, 0, text, length))
+        _exit(0);                    /* the parent is gone */
+}
+
 /* Memory or time ended inside a library call: the last words, in memory that is there already. */
 static void wall(void *ctx, const struct sga_error *err)
 {
@@ -110,7 +117,7 @@ static bool run(const char *request, size_t length, const struct allowance *allo
     team.team.spent = spent;
     struct sga_run_options options = {
         .max_seconds = allowed->seconds, .max_memory = allowed->memory, .max_result = allowed->result,
-        .progress = progress, .cancelled = cancelled, .wall = wall, .ctx = &r,
+        .progress = progress, .cancelled = cancelled, .wall = wall, .give = helps ? NULL : give, .ctx = &r,
         .exec = allowed->exec, .team = &team.team,
     };
     struct sga_buf out = { 0 };

@@ -13,7 +13,8 @@ enum wire_type {
     WIRE_REVIEW = 'V',      /* to the child: a request to read; its WIRE_DONE is all that there is to say of it (sga_review) */
     WIRE_CANCEL = 'C',      /* to the child: stop; empty */
     WIRE_PROGRESS = 'P',    /* from it: struct wire_progress */
-    WIRE_DONE = 'D',        /* from it: the result's text */
+    WIRE_PART = 'T',        /* from it: the next piece of the result's text */
+    WIRE_DONE = 'D',        /* from it: the result's text, or what is left of it after pieces */
     WIRE_ERROR = 'E',       /* from it: struct sga_error */
     WIRE_READY = 'Y',       /* from it, once: it has confined itself and waits for requests; empty */
     WIRE_UNSAFE = 'U',      /* from it: why it could not confine itself; it ends with this */

@@ -19,8 +19,6 @@
 static enum lookup from_store(struct service *sv, const char *id, struct job **job, struct finished **finished)
 {
     struct job_row row;
-    char *text = NULL;
-    size_t length = 0;
     enum store_answer a = store_job(sv->store, id, &row);
     if (a != STORE_FOUND)
         return a == STORE_NONE ? LOOKUP_NONE : LOOKUP_BROKEN;
@@ -34,16 +32,13 @@ static enum lookup from_store(struct service *sv, const char *id, struct job **j
         outcome = (*job = jobs_watch(sv->jobs, &row)) ? LOOKUP_LIVE : LOOKUP_BROKEN;
     else if (!job_ended(row.status))
         outcome = LOOKUP_BROKEN;        /* its end could not be written */
-    else if ((a = (row.status == JOB_DONE ? store_result : store_request)(sv->store, id, &text, &length)) != STORE_FOUND)
+    else if ((a = store_finished(sv->store, id, &row, finished)) != STORE_FOUND)
         outcome = a == STORE_NONE ? LOOKUP_GONE : LOOKUP_BROKEN;
-    else if (!(*finished = finished_take(&row, &text, length)))
-        outcome = LOOKUP_BROKEN;
     else if (row.status == JOB_DONE) {
         finished_book(*finished, &sv->reply_bytes);
         store_touch(sv->store, id, clock_ms());
         memory_cache_put(sv->memory_cache, *finished);      /* other ends may be replaced by a new run */
     }
-    free(text);
     free(row.error);
     return outcome;
 }

@@ -1,5 +1,6 @@
 /* The work is zlib's, and the response of the kind whose length is not known. */
 #include "packed.h"
+#include "spool.h"
 
 #include <assert.h>
 #include <stdatomic.h>
@@ -9,7 +10,7 @@
 
 /* 32 KiB of window would need 256 KiB: numbers repeat little over such distances. Level 3 packs JSON of numbers to the half of its
  * bytes that 6 reaches too, in a third of the time. */
-enum { LEVEL = 3, WINDOW_BITS = 13, MEM_LEVEL = 7, GZIP = 16, PIECE = 65536, INPUT = 16384, BLOCK = 32768, PIECES = 3 };
+enum { LEVEL = 3, WINDOW_BITS = 13, MEM_LEVEL = 7, GZIP = 16, PIECE = 65536, INPUT = 16384, BLOCK = 32768, PIECES = 3, SENT = 128 << 10 };
 
 struct packer {
     z_stream z;
@@ -109,9 +110,12 @@ static ssize_t read_pieces(void *cls, uint64_t at, char *buf, size_t max)
     }
     if (p->now == p->count)
         return MHD_CONTENT_READER_END_OF_STREAM;
-    size_t left = p->part[p->now].iov_len - p->at, n = left < max ? left : max;
-    memcpy(buf, (const char *)p->part[p->now].iov_base + p->at, n);
+    const char *from = p->part[p->now].iov_base;
+    size_t left = p->part[p->now].iov_len - p->at, n = left < max ? left : max, step = p->at / SPOOL_STEP;
+    memcpy(buf, from + p->at, n);
     p->at += n;
+    if (p->at / SPOOL_STEP > step)
+        spool_rest(from + step * SPOOL_STEP, p->at - step * SPOOL_STEP);
     return (ssize_t)n;
 }
 
@@ -123,7 +127,8 @@ static void free_pieces(void *cls)
     free(p);
 }
 
-struct MHD_Response *packed_pieces(const struct MHD_IoVec *part, int count, MHD_ContentReaderFreeCallback release, void *cls)
+/* NULL when memory ends: then what they are of has been released. */
+static struct pieces *hold(const struct MHD_IoVec *part, int count, MHD_ContentReaderFreeCallback release, void *cls)
 {
     struct pieces *p = count <= PIECES ? calloc(1, sizeof *p) : NULL;
     if (!p) {
@@ -135,5 +140,23 @@ struct MHD_Response *packed_pieces(const struct MHD_IoVec *part, int count, MHD_
     p->count = count;
     p->release = release;
     p->cls = cls;
-    return packed_response((struct packed_source){ read_pieces, free_pieces, p });
+    return p;
+}
+
+struct MHD_Response *packed_pieces(const struct MHD_IoVec *part, int count, MHD_ContentReaderFreeCallback release, void *cls)
+{
+    struct pieces *p = hold(part, count, release, cls);
+    return p ? packed_response((struct packed_source){ read_pieces, free_pieces, p }) : NULL;
+}
+
+struct MHD_Response *plain_pieces(const struct MHD_IoVec *part, int count, MHD_ContentReaderFreeCallback release, void *cls)
+{
+    struct pieces *p = hold(part, count, release, cls);
+    uint64_t length = 0;
+    for (int i = 0; i < count; i++)
+        length += part[i].iov_len;
+    struct MHD_Response *r = p ? MHD_create_response_from_callback(length, SENT, read_pieces, p, free_pieces) : NULL;
+    if (p && !r)
+        free_pieces(p);
+    return r;
 }

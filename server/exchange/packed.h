@@ -1,4 +1,4 @@
-/* Bodies packed by gzip while they are sent, a piece at a time: no thread packs for longer than a piece, and no packed body stands in memory. */
+/* Bodies that are made while they are sent: of long texts, and packed by gzip, a piece at a time: no thread packs for longer than a piece, and no packed body stands in memory. */
 #ifndef SERVER_PACKED_H
 #define SERVER_PACKED_H
 
@@ -22,7 +22,9 @@ struct packed_source {
 bool packed_room(void);
 /* The response; what it holds of the source is released with it. NULL when memory ends: then it has been released. */
 struct MHD_Response *packed_response(struct packed_source source);
-/* The same of pieces of memory, at most three. */
+/* The same of pieces of memory, at most three; what it has read of them rests (spool.h). */
 struct MHD_Response *packed_pieces(const struct MHD_IoVec *part, int count, MHD_ContentReaderFreeCallback release, void *cls);
+/* Such pieces as they are, when together they are long. */
+struct MHD_Response *plain_pieces(const struct MHD_IoVec *part, int count, MHD_ContentReaderFreeCallback release, void *cls);
 
 #endif

@@ -13,6 +13,7 @@
 #include "prefer.h"
 #include "problem.h"
 #include "service.h"
+#include "spool.h"
 #include "store.h"
 #include "tokens.h"
 
@@ -135,9 +136,14 @@ enum MHD_Result reply_pieces(struct exchange *e, int status, const char *type, c
                              MHD_ContentReaderFreeCallback release, void *cls)
 {
     struct MHD_Response *r;
+    size_t longest = 0;
+    for (int i = 0; i < count; i++)
+        longest = part[i].iov_len > longest ? part[i].iov_len : longest;
     if (e->packs) {
         reply_header(e, "Content-Encoding", "gzip");
         r = packed_pieces(part, count, release, cls);
+    } else if (longest >= SPOOL_LONG) {
+        r = plain_pieces(part, count, release, cls);
     } else if ((r = joined(part, count)) || !(r = MHD_create_response_from_iovec(part, (unsigned)count, release, cls))) {
         if (release)
             release(cls);

@@ -9,7 +9,6 @@
 
 #include "buf.h"
 #include "json_string.h"
-#include "view.h"
 
 static const char *keep(struct sga_arena *mem, struct slice value)
 {
@@ -63,37 +62,53 @@ static void read_names(struct samples *s, const struct view *v)
     tell_apart(s);
 }
 
-static void read_row(const struct samples *s, const struct view *v, struct slice row, double *value)
+bool samples_open(struct samples *s, struct slice trajectory)
+{
+    *s = (struct samples){ 0 };
+    if (!trajectory.at || !view_open(&s->view, VIEW_CSV, trajectory))
+        return false;
+    s->sweep = s->view.sets.at != NULL;
+    read_names(s, &s->view);
+    while (view_row(&s->view).at)
+        s->rows++;
+    view_close(&s->view);
+    return view_open(&s->view, VIEW_CSV, trajectory);
+}
+
+bool samples_next(struct samples *s, double *value)
 {
     const char *cursor = NULL;
+    struct slice row = view_row(&s->view);
     int i = 0;
+    if (!row.at)
+        return false;
     if (s->sweep)
-        value[i++] = v->set;
+        value[i++] = s->view.set;
     for (; i < s->columns; i++) {
         struct slice one = scan_next(row, &cursor);
         value[i] = one.at ? scan_number(one, NAN) : NAN;
     }
+    return true;
+}
+
+bool samples_take(struct samples *s)
+{
+    size_t row = 0;
+    if (s->rows && !(s->value = sga_take(&s->mem, s->rows * (size_t)s->columns * sizeof *s->value)))
+        return false;
+    while (row < s->rows && samples_next(s, s->value + row * (size_t)s->columns))
+        row++;
+    assert(row == s->rows);
+    return true;
 }
 
 bool samples_read(struct samples *s, struct slice trajectory)
 {
-    struct view v;
-    *s = (struct samples){ 0 };
-    if (!trajectory.at || !view_open(&v, VIEW_CSV, trajectory))
-        return false;
-    struct slice row;
-    size_t room = 0;
-    s->sweep = v.sets.at != NULL;
-    read_names(s, &v);
-    while ((row = view_row(&v)).at) {
-        SGA_RESERVE_IN(&s->mem, s->value, room, (s->rows + 1) * (size_t)s->columns);
-        read_row(s, &v, row, s->value + s->rows++ * (size_t)s->columns);
-    }
-    view_close(&v);
-    return true;
+    return samples_open(s, trajectory) && samples_take(s);
 }
 
 void samples_end(struct samples *s)
 {
+    view_close(&s->view);
     sga_arena_end(&s->mem);
 }

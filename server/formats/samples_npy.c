@@ -38,7 +38,7 @@ static bool plain(const struct sga_buf *text)
 }
 
 /* Version 1 has two bytes for the length, 2 has four, 3 is UTF-8 too. The values begin at a multiple of 64. */
-void samples_npy(const struct samples *s, struct sga_buf *out)
+void samples_npy_head(const struct samples *s, struct sga_buf *out)
 {
     struct sga_buf head = { 0 };
     put_description(s, &head);
@@ -51,6 +51,11 @@ void samples_npy(const struct samples *s, struct sga_buf *out)
     sga_buf_put(out, (char[]){ version, 0 }, 2);
     little_put(out, head.len, version == 1 ? 2 : 4);
     sga_buf_put(out, head.data, head.len);
-    little_doubles(out, s->value, s->rows * (size_t)s->columns, 1);
     sga_buf_free(&head);
+}
+
+void samples_npy(const struct samples *s, struct sga_buf *out)
+{
+    samples_npy_head(s, out);
+    little_doubles(out, s->value, s->rows * (size_t)s->columns, 1);
 }

@@ -1,6 +1,7 @@
 /* CSV (RFC 4180: a header, CRLF, quotes where needed; null is an empty field) and NDJSON
  * (an object for each row). Numbers are copied as they stand, so no digit changes. */
 #include "view.h"
+#include "spool.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -161,13 +162,24 @@ static void ndjson_line(const struct view *v, struct sga_buf *out, struct slice 
     out->len += (size_t)(p + 2 - begin);
 }
 
-struct slice view_row(struct view *v)
+static struct slice next_row(struct view *v)
 {
     struct slice row = scan_next(v->rows, &v->cursor);
+    if (row.at && (!v->rested || row.at >= v->rested + SPOOL_STEP)) {
+        if (v->rested)
+            spool_rest(v->rested, (size_t)(row.at - v->rested));
+        v->rested = row.at;
+    }
+    return row;
+}
+
+struct slice view_row(struct view *v)
+{
+    struct slice row = next_row(v);
     while (!row.at && v->sets.at && next_set(v)) {
         if (!v->rows.at)
             v->rows = (struct slice){ "[]", 2 };
-        row = scan_next(v->rows, &v->cursor);
+        row = next_row(v);
     }
     return row;
 }
@@ -181,7 +193,7 @@ bool view_line(struct view *v, struct sga_buf *out)
         csv_line(out, v->columns);
         return true;
     }
-    struct slice row = scan_next(v->rows, &v->cursor);
+    struct slice row = next_row(v);
     while (!row.at) {
         if (!v->sets.at || !next_set(v))
             return false;
@@ -194,7 +206,7 @@ bool view_line(struct view *v, struct sga_buf *out)
         }
         if (!v->rows.at)
             v->rows = (struct slice){ "[]", 2 };
-        row = scan_next(v->rows, &v->cursor);
+        row = next_row(v);
     }
     if (v->format == VIEW_CSV) {
         if (v->sets.at)

@@ -15,7 +15,7 @@ struct view {
     int names;
     size_t name_bytes;             /* of all of them */
     bool head_done;
-    const char *cursor;
+    const char *cursor, *rested;   /* what was read before rested is not any more (spool.h) */
     /* Of a sweep: the list, where we are in it, the number of the present one (from 0), and why it has no rows. */
     struct slice sets, error;
     const char *set_cursor;

@@ -1,8 +1,10 @@
 /* GET /v1/jobs/ID/trajectory: the samples alone. As JSON they are a piece of the finished
- * text and are sent as it stands; as CSV and NDJSON they are streamed line by line; as a file or an image they are made whole. */
+ * text and are sent as it stands; as CSV, NDJSON and for NumPy they are streamed row by row; as an image or a MAT-file, which
+ * has columns, they are made whole. */
 #include "config.h"
 #include "finished.h"
 #include "handlers.h"
+#include "little_endian.h"
 #include "lookup.h"
 #include "motion_svg.h"
 #include "result_part.h"
@@ -29,7 +31,9 @@ static const struct result_part_kind kind = { "trajectory", "trajectories", form
 
 struct flow {
     struct finished *finished;
-    struct view view;
+    struct view view;            /* of lines */
+    struct samples samples;      /* of numbers */
+    double *row;                 /* of these; NULL: lines */
     struct sga_buf line;
     size_t sent;
 };
@@ -38,9 +42,21 @@ static void free_flow(void *cls)
 {
     struct flow *f = cls;
     view_close(&f->view);
+    samples_end(&f->samples);
+    free(f->row);
     sga_buf_free(&f->line);
     finished_unref(f->finished);
     free(f);
+}
+
+static bool next_line(struct flow *f)
+{
+    if (!f->row)
+        return view_line(&f->view, &f->line);
+    if (!samples_next(&f->samples, f->row))
+        return false;
+    little_doubles(&f->line, f->row, (size_t)f->samples.columns, 1);
+    return true;
 }
 
 static ssize_t read_flow(void *cls, uint64_t at, char *buf, size_t max)
@@ -52,7 +68,7 @@ static ssize_t read_flow(void *cls, uint64_t at, char *buf, size_t max)
         if (f->sent == f->line.len) {
             sga_buf_clear(&f->line);
             f->sent = 0;
-            if (!view_line(&f->view, &f->line))
+            if (!next_line(f))
                 break;
         }
         size_t part = f->line.len - f->sent;
@@ -65,7 +81,17 @@ static ssize_t read_flow(void *cls, uint64_t at, char *buf, size_t max)
     return n ? (ssize_t)n : MHD_CONTENT_READER_END_OF_STREAM;
 }
 
-static enum MHD_Result send_lines(struct exchange *e, struct finished *f, enum view_format format, struct slice trajectory)
+static bool open_flow(struct flow *f, int format, struct slice trajectory)
+{
+    if (format != NPY)
+        return view_open(&f->view, (enum view_format)format, trajectory);
+    if (!samples_open(&f->samples, trajectory) || !(f->row = calloc((size_t)f->samples.columns + 1, sizeof *f->row)))
+        return false;
+    samples_npy_head(&f->samples, &f->line);
+    return true;
+}
+
+static enum MHD_Result send_rows(struct exchange *e, struct finished *f, int format, struct slice trajectory)
 {
     struct flow *flow = calloc(1, sizeof *flow);
     if (!flow) {
@@ -73,11 +99,11 @@ static enum MHD_Result send_lines(struct exchange *e, struct finished *f, enum v
         return MHD_NO;
     }
     flow->finished = f;
-    if (!view_open(&flow->view, format, trajectory)) {
+    if (!open_flow(flow, format, trajectory)) {
         free_flow(flow);
         return MHD_NO;
     }
-    return reply_stream(e, 200, format == VIEW_CSV ? "text/csv; charset=utf-8; header=present" : formats[format].type, read_flow, free_flow, flow);
+    return reply_stream(e, 200, format == (int)VIEW_CSV ? "text/csv; charset=utf-8; header=present" : formats[format].type, read_flow, free_flow, flow);
 }
 
 /* What was made whole, until it is sent. Its bytes count as those of results that are being sent do. */
@@ -87,8 +113,8 @@ struct whole {
     long bytes;
 };
 
-/* Bytes of a table, its growing copy and the file for each byte of samples: a digit and a comma make a double of 8. */
-enum { WHOLE_FACTOR = 12 };
+/* Bytes of a file or an image beside its values. */
+enum { WHOLE_REST = 1 << 20 };
 
 static void free_whole(void *cls)
 {
@@ -106,20 +132,25 @@ static ssize_t read_whole(void *cls, uint64_t at, char *buf, size_t max)
     return (ssize_t)n;
 }
 
-static bool make_whole(struct exchange *e, int format, struct slice trajectory, struct sga_buf *out, struct sga_buf *why)
+static bool make_whole(struct exchange *e, int format, struct samples *s, struct sga_buf *out, struct sga_buf *why)
 {
-    struct samples s;
-    bool ok = samples_read(&s, trajectory);
-    if (!ok)
+    if (!samples_take(s)) {
         sga_buf_puts(why, "The samples cannot be read.");
-    else if (format == NPY)
-        samples_npy(&s, out);
-    else if (format == SVG)
-        ok = motion_svg(&s, exchange_query(e, "columns"), exchange_query(e, "x"), out, why);
-    else if (!(ok = samples_mat(&s, out)))
-        sga_buf_puts(why, "The samples are longer than a MAT-file of level 5 can be: ask for npy, csv or ndjson.");
-    samples_end(&s);
-    return ok;
+        return false;
+    }
+    if (format == SVG)
+        return motion_svg(s, exchange_query(e, "columns"), exchange_query(e, "x"), out, why);
+    sga_buf_room(out, s->rows * (size_t)s->columns * sizeof *s->value + WHOLE_REST);
+    if (samples_mat(s, out))
+        return true;
+    sga_buf_puts(why, "The samples are longer than a MAT-file of level 5 can be: ask for npy, csv or ndjson.");
+    return false;
+}
+
+/* The bytes of the table and of the file, before either is there. */
+static long whole_bytes(const struct samples *s)
+{
+    return 2 * (long)(s->rows * (size_t)s->columns * sizeof *s->value) + WHOLE_REST;
 }
 
 static enum MHD_Result send_whole(struct exchange *e, struct finished *f, int format, struct slice trajectory)
@@ -127,14 +158,17 @@ static enum MHD_Result send_whole(struct exchange *e, struct finished *f, int fo
     struct service *sv = e->service;
     struct whole *w = calloc(1, sizeof *w);
     struct sga_buf why = { 0 };
-    if (!w) {
+    struct samples s;
+    if (!w || !samples_open(&s, trajectory)) {
+        free(w);
         finished_unref(f);
         return MHD_NO;
     }
     w->booked = &sv->reply_bytes;
-    w->bytes = (long)(WHOLE_FACTOR * trajectory.len);
+    w->bytes = whole_bytes(&s);
     bool full = atomic_fetch_add(w->booked, w->bytes) + w->bytes > atomic_load(&sv->config->reply_memory) + atomic_load(&sv->config->cache_memory);
-    bool ok = !full && make_whole(e, format, trajectory, &w->text, &why);
+    bool ok = !full && make_whole(e, format, &s, &w->text, &why);
+    samples_end(&s);
     finished_unref(f);
     if (ok) {
         atomic_fetch_sub(w->booked, w->bytes - (long)w->text.cap);
@@ -161,7 +195,7 @@ enum MHD_Result handle_trajectory(struct exchange *e)
         finished_unref(f);
         return reply_error(e, SGA_E_BAD_REQUEST, "`columns` and `x` belong to an image: add format=svg.");
     }
-    if (format > VIEW_NDJSON)
+    if (format > NPY)
         return send_whole(e, f, format, trajectory);
-    return format == VIEW_JSON ? result_part_send(e, f, trajectory) : send_lines(e, f, (enum view_format)format, trajectory);
+    return format == VIEW_JSON ? result_part_send(e, f, trajectory) : send_rows(e, f, format, trajectory);
 }

@@ -6,6 +6,7 @@
 #include "config.h"
 #include "jobs.h"
 #include "metrics.h"
+#include "spool.h"
 
 #include <assert.h>
 #include <math.h>
@@ -26,7 +27,7 @@ struct helper {
     double began;
 };
 
-struct made { char *data; size_t length; };      /* a helper's message: struct wire_pieces, then what they are */
+struct made { char *data; size_t length; };      /* a helper's message (of spool_new): struct wire_pieces, then what they are */
 
 struct helpers {
     const struct config *config;
@@ -75,7 +76,7 @@ void helpers_free(struct helpers *h)
     while (h->helping)
         end_helper(h, h->helping - 1);
     for (int i = 0; i < h->mades; i++)
-        free(h->made[i].data);
+        spool_free(h->made[i].data);
     free(h->made);
     free(h->back);
     free(h);
@@ -139,7 +140,7 @@ static bool answer(struct helpers *h, int fd)
     bool ok = true;
     for (int i = 0; i < h->mades; i++) {
         ok = ok && wire_send(fd, WIRE_MADE, 0, h->made[i].data, h->made[i].length);
-        free(h->made[i].data);
+        spool_free(h->made[i].data);
     }
     h->mades = 0;
     bool others = false;

@@ -45,14 +45,11 @@ struct job *jobs_watch(struct jobs *js, const struct job_row *row)
 /* The end of a job as another daemon wrote it. NULL: it cannot be read now. */
 static struct finished *read_end(struct jobs *js, const char *id, struct job_row *row)
 {
-    char *text = NULL;
-    size_t length = 0;
+    struct finished *f = NULL;
     if (store_job(js->store, id, row) != STORE_FOUND)
         return NULL;
-    enum store_answer a = !job_ended(row->status) ? STORE_BROKEN : (row->status == JOB_DONE ? store_result : store_request)(js->store, id, &text, &length);
-    struct finished *f = a == STORE_BROKEN ? NULL : finished_take(row, &text, length);
-    free(text);
-    return f;
+    enum store_answer a = job_ended(row->status) ? store_finished(js->store, id, row, &f) : STORE_BROKEN;
+    return a == STORE_NONE ? finished_make(row, (struct slice){ NULL, 0 }) : f;
 }
 
 static bool same_state(const struct job *job, const struct job_row *row, const struct job_progress *p)

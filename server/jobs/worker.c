@@ -142,8 +142,27 @@ static bool ask_helpers(struct worker *w, struct helpers *help, const struct chi
     return helpers_share(help, &share, w->child.fd);
 }
 
+static void too_large(struct worker *w, struct job *job, size_t length)
+{
+    char detail[200];
+    kill_child(w, job, "result too large");
+    snprintf(detail, sizeof detail, "The result has %.1f MB; the service keeps no more than %.1f MB. Ask for fewer samples or outputs.",
+             (double)length * 0x1p-20, (double)w->config->result_limit * 0x1p-20);
+    fail(w, job, SGA_E_LIMIT_RESULT, detail);
+}
+
+/* A piece of the result. False: there cannot be more of it, and the job has ended. */
+static bool add_part(struct worker *w, struct job *job, struct child_parts *parts, const struct child_inbox *in)
+{
+    size_t length = parts->len + in->head.length;
+    if (length <= (size_t)w->config->result_limit && child_parts_add(parts, in))
+        return true;
+    too_large(w, job, length);
+    return false;
+}
+
 /* A whole message; true once it has ended the job. */
-static bool handle(struct worker *w, struct job *job, struct helpers *help, struct child_inbox *in)
+static bool handle(struct worker *w, struct job *job, struct helpers *help, struct child_inbox *in, struct child_parts *parts)
 {
     bool ended = true;
     char how[128];
@@ -157,8 +176,12 @@ static bool handle(struct worker *w, struct job *job, struct helpers *help, stru
         p.stage[sizeof p.stage - 1] = 0;
         jobs_progress(w->jobs, job, p.stage, p.fraction, p.t);
         ended = false;
-    } else if (in->head.type == WIRE_DONE) {
+    } else if (in->head.type == WIRE_PART) {
+        ended = !add_part(w, job, parts, in);
+    } else if (in->head.type == WIRE_DONE && child_parts_end(parts, in)) {
         jobs_done(w->jobs, job, &in->data, in->head.length);
+    } else if (in->head.type == WIRE_DONE) {
+        too_large(w, job, parts->len + in->head.length);
     } else if (in->head.type == WIRE_ERROR || in->head.type == WIRE_LAST) {
         if (in->head.type == WIRE_LAST)
             child_walled(w, job);
@@ -216,17 +239,10 @@ static void deadline_passed(struct worker *w, struct job *job, bool cancelling)
         out_of_time(w, job);
 }
 
-static void too_large(struct worker *w, struct job *job, size_t length)
-{
-    char detail[200];
-    snprintf(detail, sizeof detail, "The result has %.1f MB; the service keeps no more than %.1f MB. Ask for fewer samples or outputs.",
-             (double)length * 0x1p-20, (double)w->config->result_limit * 0x1p-20);
-    fail(w, job, SGA_E_LIMIT_RESULT, detail);
-}
-
 static void watch(struct worker *w, struct job *job, struct helpers *help, double deadline)
 {
     struct child_inbox in = { .data = NULL };
+    struct child_parts parts = { .text = NULL };
     bool cancelling = false;
     for (bool first = true;; first = false) {
         struct pollfd p[2 + HELPERS] = { { .fd = w->child.fd, .events = POLLIN }, { .fd = w->wake, .events = POLLIN } };
@@ -248,19 +264,19 @@ static void watch(struct worker *w, struct job *job, struct helpers *help, doubl
         if (!p[0].revents)
             continue;
         enum received r = child_receive(&in, w->child.fd, (size_t)w->config->result_limit);
-        if (r == RECEIVED_WHOLE && handle(w, job, help, &in))
+        if (r == RECEIVED_WHOLE && handle(w, job, help, &in, &parts))
             break;
         if (r == RECEIVED_END) {
             child_died(w, job);
             break;
         }
         if (r == RECEIVED_TOO_LARGE) {
-            kill_child(w, job, "result too large");
-            too_large(w, job, in.head.length);
+            too_large(w, job, parts.len + in.head.length);
             break;
         }
     }
     child_inbox_clear(&in);
+    child_parts_clear(&parts);
 }
 
 static void run_job(struct worker *w, struct job *job)

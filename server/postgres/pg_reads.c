@@ -1,6 +1,7 @@
 /* Reading: on any thread, each with a connection of the pool. */
 #include "pg_parts.h"
 #include "log.h"
+#include "spool.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -74,7 +75,7 @@ static enum store_answer text_of(struct store *face, enum pg_known known, const 
         if (PQgetlength(r, 0, 1) != DIGEST_BYTES || memcmp(sum, PQgetvalue(r, 0, 1), DIGEST_BYTES) != 0) {
             log_event(LOG_L_ERROR, what, "job", id, "reason", "it is not what was written", NULL);
             answer = STORE_BROKEN;
-        } else if (!(*text = malloc(*length + 1))) {
+        } else if (!(*text = known == PG_KNOWN_RESULT ? spool_new(*length) : malloc(*length + 1))) {
             answer = STORE_BROKEN;
         } else {
             memcpy(*text, PQgetvalue(r, 0, 0), *length);

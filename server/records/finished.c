@@ -7,23 +7,38 @@
 #include <string.h>
 
 #include "buf.h"
+#include "spool.h"
 
-/* Head, member and brace around the text, which lies at the front of f->text. */
+/* So many bytes before the text and a brace behind it: around it where it is, unless there is not so much room before it. */
+static bool make_room(struct finished *f, char **text, size_t length, size_t before)
+{
+    bool around = *text && before <= SPOOL_HEAD;
+    f->block = around ? spool_resize(*text, length + 1) : spool_new(before + length + 1);
+    if (!f->block)
+        return false;
+    f->text = around ? f->block - before : f->block;
+    if (!around && *text) {
+        memcpy(f->text + before, *text, length);
+        spool_free(*text);
+    }
+    *text = NULL;
+    return true;
+}
+
 static void assemble(struct finished *f, const struct sga_buf *head, const char *member, size_t length)
 {
     size_t n = strlen(member);
-    char *p = f->text + head->len + n;
+    char *text = f->text + head->len + n;
     f->head = head->len;
     f->len = head->len + n + length + 1;
-    memmove(p, f->text, length);
     memcpy(f->text, head->data, head->len);
     memcpy(f->text + head->len, member, n);
     if (*member && f->status == JOB_DONE)
-        f->result = (struct slice){ p, length };
-    memcpy(p + length, "}", 2);
+        f->result = (struct slice){ text, length };
+    memcpy(text + length, "}", 2);
 }
 
-/* text: NULL where it is not known. */
+/* text: of spool_new, taken over; NULL where it is not known. */
 static struct finished *make(const struct job_row *row, char **text, size_t length)
 {
     struct finished *f = calloc(1, sizeof *f);
@@ -38,9 +53,7 @@ static struct finished *make(const struct job_row *row, char **text, size_t leng
     sga_json_begin(&w, &head);
     job_write_open(&w, row, NULL, &f->cached_at);
     const char *member = !*text ? "" : f->status == JOB_DONE ? ",\"result\":" : ",\"request\":";
-    f->text = realloc(*text, head.len + strlen(member) + length + 2);
-    if (f->text) {
-        *text = NULL;
+    if (make_room(f, text, length, head.len + strlen(member))) {
         assemble(f, &head, member, length);
     } else {
         free(f);
@@ -57,13 +70,13 @@ struct finished *finished_take(const struct job_row *row, char **text, size_t le
 
 struct finished *finished_make(const struct job_row *row, struct slice text)
 {
-    char *copy = text.at ? malloc(text.len + 1) : NULL;
+    char *copy = text.at ? spool_new(text.len) : NULL;
     if (text.at && !copy)
         return NULL;
     if (text.at)
         memcpy(copy, text.at, text.len);
     struct finished *f = make(row, &copy, text.len);
-    free(copy);
+    spool_free(copy);
     return f;
 }
 
@@ -85,7 +98,7 @@ void finished_unref(struct finished *f)
     if (f && atomic_fetch_sub(&f->refs, 1) == 1) {
         if (f->booked)
             atomic_fetch_sub(f->booked, (long)f->len);
-        free(f->text);
+        spool_free(f->block);
         free(f);
     }
 }

@@ -14,6 +14,7 @@ struct finished {
     enum job_status status;
     char etag[72];               /* strong, with its quotes */
     char *text;                  /* the job object, with "cached":false */
+    char *block;                 /* what it is in, of spool_new */
     size_t len;
     size_t cached_at;            /* where that `false` begins */
     size_t head;                 /* bytes before the last member (result or request) or the last brace */
@@ -25,8 +26,8 @@ struct finished {
  * NULL where it is not known). One reference is the caller's. NULL when memory ends. Cost:
  * one copy of the text. */
 struct finished *finished_make(const struct job_row *row, struct slice text);
-/* The same of a text that was malloced and is taken over (*text becomes NULL), where it moves in its place: of a large one there are not two in
- * memory. NULL when memory ends: then it is still the caller's. */
+/* The same of a text of spool_new, which is taken over (*text becomes NULL) and does not move. NULL when memory ends: then it is still the
+ * caller's. */
 struct finished *finished_take(const struct job_row *row, char **text, size_t length);
 /* Counts its bytes in *bytes from now on, until it is freed. Once, before it is shared. */
 void finished_book(struct finished *f, atomic_long *bytes);

@@ -1,5 +1,7 @@
 /* Every call goes to the store at hand. */
 #include "store_ops.h"
+#include "finished.h"
+#include "spool.h"
 
 #include <stdlib.h>
 
@@ -68,6 +70,24 @@ enum store_answer store_request(struct store *st, const char *id, char **text, s
 enum store_answer store_result(struct store *st, const char *id, char **text, size_t *length)
 {
     return st->ops->result(st, id, text, length);
+}
+
+static void release(char *text)
+{
+    free(text);
+}
+
+enum store_answer store_finished(struct store *st, const char *id, const struct job_row *row, struct finished **out)
+{
+    char *text = NULL;
+    size_t length = 0;
+    bool done = row->status == JOB_DONE;
+    enum store_answer a = (done ? store_result : store_request)(st, id, &text, &length);
+    *out = NULL;
+    if (a == STORE_FOUND)
+        *out = done ? finished_take(row, &text, length) : finished_make(row, (struct slice){ text, length });
+    (done ? spool_free : release)(text);
+    return a == STORE_FOUND && !*out ? STORE_BROKEN : a;
 }
 
 bool store_owners(struct store *st, const char *id, void (*each)(void *ctx, const char *owner), void *ctx)

@@ -23,6 +23,7 @@
 #include "job.h"
 #include "json_scan.h"
 
+struct finished;
 struct store;
 struct metrics;
 struct quota;
@@ -176,10 +177,12 @@ enum store_answer store_look_at(struct store *st, const char *id, struct job_row
 int64_t store_epoch(struct store *st);
 
 
-/* Reads, on any thread. Texts are malloc'ed; row->error too. */
+/* Reads, on any thread. Texts are malloc'ed, but results, which are of spool_new; row->error too. */
 enum store_answer store_job(struct store *st, const char *id, struct job_row *row);
 enum store_answer store_request(struct store *st, const char *id, char **text, size_t *length);
 enum store_answer store_result(struct store *st, const char *id, char **text, size_t *length);
+/* The end of a job whose row was read, with its result or, where it is not done, its request. BROKEN where memory ends, too. */
+enum store_answer store_finished(struct store *st, const char *id, const struct job_row *row, struct finished **out);
 
 /* Tells each owner that asked for the job; false where that cannot be read. */
 bool store_owners(struct store *st, const char *id, void (*each)(void *ctx, const char *owner), void *ctx);

@@ -32,14 +32,14 @@ static int64_t bytes_of_results(const struct store_op *ops)
 static bool put_one(struct lite *st, const struct store_op *op)
 {
     assert(is_result(op) && op->row.status == JOB_DONE);
-    if (op->text.len > (size_t)sqlite3_limit(st->cache, SQLITE_LIMIT_LENGTH, -1) / 2)
-        return true;                      /* no trial would help what no row can hold */
+    struct slice first = store_pieces_first(op->text);
     store_bind_text(st->put, 1, op->row.id);
     sqlite3_bind_int64(st->put, 2, op->row.finished);
-    sqlite3_bind_blob64(st->put, 3, op->text.at, op->text.len, SQLITE_STATIC);
+    sqlite3_bind_blob64(st->put, 3, first.at, first.len, SQLITE_STATIC);
     store_bind_sum(st->put, 4, op->row.id, op->text);
     sqlite3_bind_int64(st->put, 5, op->row.epoch);
-    return store_step(st->put);
+    /* Where a later run's result stands, it stays. */
+    return store_step(st->put) && (sqlite3_changes(st->cache) == 0 || store_pieces_put(st->cache, op->row.id, op->text));
 }
 
 /* In one transaction. *begun: the file was to be had at all. */
@@ -63,7 +63,7 @@ static bool put_results(struct lite *st, const struct store_op *ops, bool *begun
 static bool prepare_put(struct lite *st, char *why, size_t size)
 {
     snprintf(why, size, "a table is missing");
-    return store_evict_prepare(st)
+    return store_evict_prepare(st) && store_pieces_prepare(st->cache)
         && (st->put = store_file_prepare(st->cache, "INSERT INTO results(id, made, result, sum, epoch) VALUES(?1, ?2, ?3, ?4, ?5)"
                                                       " ON CONFLICT(id) DO UPDATE SET made=?2, result=?3, sum=?4, epoch=?5 WHERE epoch <= ?5", why, size));
 }

@@ -46,9 +46,9 @@ bool store_evict_touch(struct lite *st, const struct job_row *row)
 static bool drop_oldest(sqlite3 *db, int64_t excess)
 {
     static const char sql[] =
-        "DELETE FROM results WHERE id IN (SELECT id FROM (SELECT r.id AS id, sum(length(r.result)) OVER"
-        " (ORDER BY coalesce(u.at, r.made), r.id) - length(r.result) AS before FROM results r LEFT JOIN used u ON u.id = r.id)"
-        " WHERE before < ?1)";
+        "DELETE FROM results WHERE id IN (SELECT id FROM (SELECT id, sum(bytes) OVER (ORDER BY at, id) - bytes AS before FROM"
+        " (SELECT r.id AS id, coalesce(u.at, r.made) AS at, length(r.result) + " STORE_PIECES_BYTES("r.id") " AS bytes"
+        " FROM results r LEFT JOIN used u ON u.id = r.id)) WHERE before < ?1)";
     sqlite3_stmt *s = NULL;
     bool ok = sqlite3_exec(db, "BEGIN IMMEDIATE", NULL, NULL, NULL) == SQLITE_OK
         && sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK && sqlite3_bind_int64(s, 1, excess) == SQLITE_OK && sqlite3_step(s) == SQLITE_DONE;
@@ -119,11 +119,13 @@ bool store_evict_for(struct lite *st, int64_t bytes)
     return ok;
 }
 
-static bool delete_by(sqlite3 *db, const char *sql, int64_t bound)
+/* Adds to *gone how many went. */
+static bool delete_by(sqlite3 *db, const char *sql, int64_t bound, int *gone)
 {
     sqlite3_stmt *s = NULL;
     bool ok = sqlite3_prepare_v2(db, sql, -1, &s, NULL) == SQLITE_OK && sqlite3_bind_int64(s, 1, bound) == SQLITE_OK && sqlite3_step(s) == SQLITE_DONE;
     sqlite3_finalize(s);
+    *gone += ok ? sqlite3_changes(db) : 0;
     return ok;
 }
 
@@ -131,10 +133,9 @@ void store_evict_kept(struct lite *st, const struct store_keep *keep)
 {
     static const char by_age[] = "DELETE FROM results WHERE rowid IN (SELECT rowid FROM results WHERE made < ?1 ORDER BY made LIMIT 1000)";
     static const char by_count[] = "DELETE FROM results WHERE rowid IN (SELECT rowid FROM results ORDER BY made DESC LIMIT 1000 OFFSET ?1)";
-    int before = sqlite3_total_changes(st->cache);
-    bool ok = (!keep->results_since || delete_by(st->cache, by_age, keep->results_since))
-        && (!keep->results || delete_by(st->cache, by_count, keep->results));
-    int gone = sqlite3_total_changes(st->cache) - before;
+    int gone = 0;
+    bool ok = (!keep->results_since || delete_by(st->cache, by_age, keep->results_since, &gone))
+        && (!keep->results || delete_by(st->cache, by_count, keep->results, &gone));
     if (gone > 0)
         store_exec(st->cache, "DELETE FROM used WHERE id NOT IN (SELECT id FROM results)");
     if (gone > 0 || !ok)

@@ -8,6 +8,7 @@
 
 #include "store_ops.h"
 #include "store_file.h"
+#include "store_pieces.h"
 #include "store_place.h"
 
 enum { STORE_READERS = 4 };
@@ -46,7 +47,7 @@ struct store_writer {
 
 struct store_reader {
     sqlite3 *queue, *cache;
-    sqlite3_stmt *job, *request, *list, *list_one, *mine, *mine_one, *owners, *owned, *result;
+    sqlite3_stmt *job, *request, *list, *list_one, *mine, *mine_one, *owners, *owned, *result, *pieces;
     unsigned cache_age;          /* of the cache file that is open */
     bool busy;
 };

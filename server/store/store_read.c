@@ -1,6 +1,7 @@
 /* The store's readers: a few read-only connections, lent one at a time. */
 #include "store_parts.h"
 #include "log.h"
+#include "spool.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -14,7 +15,8 @@
 static bool open_cache(struct store_reader *r, const char *folder, char *why, size_t size)
 {
     return (r->cache = store_file_open(folder, FILE_CACHE, false, why, size))
-        && (r->result = store_file_prepare(r->cache, "SELECT " STORE_SHORT("result") ", sum, rowid, length(result) FROM results WHERE id=?1", why, size));
+        && (r->result = store_file_prepare(r->cache, "SELECT " STORE_SHORT("result") ", sum, rowid, length(result), " STORE_PIECES_BYTES("?1") " FROM results WHERE id=?1", why, size))
+        && (r->pieces = store_file_prepare(r->cache, STORE_PIECES, why, size));
 }
 
 bool store_readers_open(struct lite *st, const char *folder, char *why, size_t size)
@@ -40,8 +42,9 @@ static bool renew(struct lite *st, struct store_reader *r)
     if (r->cache && r->cache_age == age)
         return true;
     sqlite3_finalize(r->result);
+    sqlite3_finalize(r->pieces);
     sqlite3_close(r->cache);
-    r->result = NULL;
+    r->result = r->pieces = NULL;
     r->cache = NULL;
     r->cache_age = age;
     return open_cache(r, st->folder, why, sizeof why);
@@ -51,7 +54,7 @@ void store_readers_close(struct lite *st)
 {
     for (int i = 0; i < STORE_READERS; i++) {
         struct store_reader *r = &st->reader[i];
-        sqlite3_stmt *const statements[] = { r->job, r->request, r->list, r->list_one, r->mine, r->mine_one, r->owners, r->owned, r->result };
+        sqlite3_stmt *const statements[] = { r->job, r->request, r->list, r->list_one, r->mine, r->mine_one, r->owners, r->owned, r->result, r->pieces };
         for (size_t k = 0; k < sizeof statements / sizeof *statements; k++)
             sqlite3_finalize(statements[k]);
         sqlite3_close(r->queue);
@@ -115,25 +118,53 @@ static bool genuine(sqlite3_stmt *s, const char *id, const char *text, size_t le
     return kept && sqlite3_column_bytes(s, 1) == sizeof sum && memcmp(kept, sum, sizeof sum) == 0;
 }
 
-/* Where texts are. */
-struct place { sqlite3 *db; const char *table, *column; };
+/* Where texts are; pieces: of those that are of spool_new, the statement for what is not in their row. */
+struct place { sqlite3 *db; const char *table, *column; sqlite3_stmt *pieces; };
 
-/* The text of the row that the statement is at; SQLITE_ROW, or why there is none. */
-static int copy_text(struct place at, sqlite3_stmt *s, char **text, size_t *length)
+/* The column of the row that the statement is at. */
+static int copy_column(struct place at, sqlite3_stmt *s, char *text, size_t length)
 {
-    bool is_long = sqlite3_column_type(s, 0) == SQLITE_NULL;
     sqlite3_blob *blob = NULL;
-    *length = (size_t)sqlite3_column_int64(s, 3);
-    *text = malloc(*length + 1);
+    if (sqlite3_column_type(s, 0) != SQLITE_NULL) {
+        if ((size_t)sqlite3_column_bytes(s, 0) == length && length)
+            memcpy(text, sqlite3_column_blob(s, 0), length);
+        return SQLITE_OK;
+    }
+    int rc = sqlite3_blob_open(at.db, "main", at.table, at.column, sqlite3_column_int64(s, 2), 0, &blob);
+    if (rc == SQLITE_OK)
+        rc = (size_t)sqlite3_blob_bytes(blob) == length ? sqlite3_blob_read(blob, text, (int)length, 0) : SQLITE_CORRUPT;
+    sqlite3_blob_close(blob);
+    return rc;
+}
+
+struct filling { char *at, *end; };
+
+static bool fill(void *ctx, const void *piece, size_t length)
+{
+    struct filling *f = ctx;
+    if (length > (size_t)(f->end - f->at))
+        return false;
+    if (length)
+        memcpy(f->at, piece, length);
+    spool_rest(f->at, length);
+    f->at += length;
+    return true;
+}
+
+/* The text of the row that the statement is at; SQLITE_ROW, or why there is none. While the statement stands there, what is read
+ * is of the same moment. */
+static int copy_text(struct place at, sqlite3_stmt *s, const char *id, char **text, size_t *length)
+{
+    size_t first = (size_t)sqlite3_column_int64(s, 3), rest = at.pieces ? (size_t)sqlite3_column_int64(s, 4) : 0;
+    *length = first + rest;
+    *text = at.pieces ? spool_new(*length) : malloc(*length + 1);
     if (!*text)
         return SQLITE_NOMEM;
-    int rc = is_long ? sqlite3_blob_open(at.db, "main", at.table, at.column, sqlite3_column_int64(s, 2), 0, &blob) : SQLITE_OK;
-    if (rc == SQLITE_OK && is_long)
-        rc = (size_t)sqlite3_blob_bytes(blob) == *length ? sqlite3_blob_read(blob, *text, (int)*length, 0) : SQLITE_CORRUPT;
-    else if (rc == SQLITE_OK && (size_t)sqlite3_column_bytes(s, 0) == *length && *length)
-        memcpy(*text, sqlite3_column_blob(s, 0), *length);
     (*text)[*length] = 0;
-    sqlite3_blob_close(blob);
+    int rc = copy_column(at, s, *text, first);
+    struct filling f = { *text + first, *text + *length };
+    if (rc == SQLITE_OK && rest && !(store_pieces_each(at.pieces, id, fill, &f) && f.at == f.end))
+        rc = SQLITE_CORRUPT;
     return rc == SQLITE_OK ? SQLITE_ROW : rc;
 }
 
@@ -166,12 +197,15 @@ static enum store_answer read_text(struct place at, sqlite3_stmt *s, const char 
     *text = NULL;
     *rc = sqlite3_step(s);
     if (*rc == SQLITE_ROW)
-        *rc = copy_text(at, s, text, length);
+        *rc = copy_text(at, s, id, text, length);
     if (*rc == SQLITE_ROW && !genuine(s, id, *text, *length))
         *rc = SQLITE_MISMATCH;
     sqlite3_reset(s);
     if (*rc != SQLITE_ROW) {
-        free(*text);
+        if (at.pieces)
+            spool_free(*text);
+        else
+            free(*text);
         *text = NULL;
     }
     return answer(*rc, *rc == SQLITE_ROW);
@@ -182,7 +216,7 @@ enum store_answer lite_request(struct store *face, const char *id, char **text, 
     struct lite *st = lite_of(face);
     int rc;
     struct store_reader *r = store_borrow(st);
-    enum store_answer a = read_text((struct place){ r->queue, "jobs", "request" }, r->request, id, text, length, &rc);
+    enum store_answer a = read_text((struct place){ r->queue, "jobs", "request", NULL }, r->request, id, text, length, &rc);
     store_give_back(st, r);
     if (a == STORE_BROKEN)
         log_event(LOG_L_ERROR, "request_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);
@@ -194,7 +228,7 @@ enum store_answer lite_result(struct store *face, const char *id, char **text, s
     struct lite *st = lite_of(face);
     int rc = SQLITE_CORRUPT;
     struct store_reader *r = store_borrow(st);
-    enum store_answer a = renew(st, r) ? read_text((struct place){ r->cache, "results", "result" }, r->result, id, text, length, &rc) : STORE_NONE;
+    enum store_answer a = renew(st, r) ? read_text((struct place){ r->cache, "results", "result", r->pieces }, r->result, id, text, length, &rc) : STORE_NONE;
     store_give_back(st, r);
     if (a == STORE_BROKEN && rc != SQLITE_ROW) {
         log_event(LOG_L_WARN, "result_not_read", "job", id, "reason", sqlite3_errstr(rc), NULL);

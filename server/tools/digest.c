@@ -1,6 +1,7 @@
 /* SHA-256 by GnuTLS. */
 #include "digest.h"
 #include "no_memory.h"
+#include "spool.h"
 
 #include <gnutls/crypto.h>
 #include <stdio.h>
@@ -15,16 +16,37 @@ void digest(unsigned char out[DIGEST_BYTES], const void *data, size_t length)
         no_memory("a digest");
 }
 
+void digest_begin(struct digest_run *d, const char *first)
+{
+    if (gnutls_hash_init(&d->hash, GNUTLS_DIG_SHA256) != 0)
+        no_memory("a digest");
+    gnutls_hash(d->hash, first, strlen(first));
+    gnutls_hash(d->hash, "\n", 1);
+}
+
+void digest_add(struct digest_run *d, const void *text, size_t length)
+{
+    const char *at = text;
+    for (size_t n; length; at += n, length -= n) {
+        n = length < SPOOL_STEP ? length : SPOOL_STEP;
+        gnutls_hash(d->hash, at, n);
+        if (n == SPOOL_STEP)
+            spool_rest(at, n);
+    }
+}
+
+void digest_end(struct digest_run *d, unsigned char out[DIGEST_BYTES])
+{
+    gnutls_hash_deinit(d->hash, out);
+}
+
 /* SHA-256(first, newline, text) */
 static void pair(unsigned char out[DIGEST_BYTES], const char *first, const void *text, size_t length)
 {
-    gnutls_hash_hd_t h;
-    if (gnutls_hash_init(&h, GNUTLS_DIG_SHA256) != 0)
-        no_memory("a digest");
-    gnutls_hash(h, first, strlen(first));
-    gnutls_hash(h, "\n", 1);
-    gnutls_hash(h, text, length);
-    gnutls_hash_deinit(h, out);
+    struct digest_run d;
+    digest_begin(&d, first);
+    digest_add(&d, text, length);
+    digest_end(&d, out);
 }
 
 void digest_kept(unsigned char out[DIGEST_BYTES], const char *id, const void *text, size_t length)

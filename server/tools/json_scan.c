@@ -1,5 +1,6 @@
 /* A JSON scanner: brackets are counted, strings are skipped, nothing is built. */
 #include "json_scan.h"
+#include "spool.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -38,11 +39,19 @@ static const char *skip_string(const char *s, const char *end)
 struct slice scan_value(const char *s, const char *end)
 {
     s = blank(s, end);
-    const char *start = s;
+    const char *start = s, *rested = s;
     int depth = 0;
     while (s < end) {
-        if (depth)
-            s = find(s, end, NESTS);
+        if (s - rested >= SPOOL_STEP) {
+            spool_rest(rested, (size_t)(s - rested));
+            rested = s;
+        }
+        if (depth) {
+            const char *stop = end - s > SPOOL_STEP ? s + SPOOL_STEP : end;
+            s = find(s, stop, NESTS);
+            if (s == stop && stop < end)
+                continue;
+        }
         if (s >= end)
             break;
         if (*s == '"') {

@@ -1,6 +1,6 @@
 /* Finding values in JSON that this program wrote itself (canonical requests, results),
  * without a tree. A slice points into the text. On text that is not JSON the answers
- * are empty slices, never a read past the end. No recursion; linear cost. */
+ * are empty slices, never a read past the end. No recursion; linear cost; of a long text what it has gone through rests (spool.h). */
 #ifndef SERVER_JSON_SCAN_H
 #define SERVER_JSON_SCAN_H
 

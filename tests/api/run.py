@@ -20,6 +20,7 @@ import kill  # noqa: E402
 import life  # noqa: E402
 import limits  # noqa: E402
 import load  # noqa: E402
+import long_results  # noqa: E402
 import packed  # noqa: E402
 import page  # noqa: E402
 import power  # noqa: E402
@@ -53,6 +54,7 @@ OWN = [
     power,
     framing,
     packed,
+    long_results,
     upgrade,
     team,
     several,

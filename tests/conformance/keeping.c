@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "orders.h"
+#include "spool.h"
 
 static int bounded(const char *id, struct store_room room, const char **quota)
 {
@@ -133,7 +134,7 @@ static bool has_result(const char *id)
     char *text = NULL;
     size_t length;
     bool found = store_result(store, id, &text, &length) == STORE_FOUND;
-    free(text);
+    spool_free(text);
     return found;
 }
 

@@ -1,7 +1,9 @@
 /* The lives of jobs: submitted, claimed, held by leases, ended, cancelled, in turns. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "orders.h"
+#include "spool.h"
 
 static void submissions(void)
 {
@@ -107,6 +109,24 @@ static void cancels(void)
     CHECK(end_as(&run, JOB_DONE, "six") == STORE_KEPT);
 }
 
+/* As long as a piece, a row or several of them, one replaced by another. */
+static void lengths(void)
+{
+    static const size_t sizes[] = { SPOOL_LONG - 1, SPOOL_LONG, SPOOL_LONG + 1, 3 * SPOOL_LONG + 17, 5, 2 * SPOOL_LONG, 0 };
+    for (int k = 0; sizes[k]; k++) {
+        char *text = malloc(sizes[k] + 1);
+        for (size_t i = 0; i < sizes[k]; i++)
+            text[i] = (char)('a' + (i * 2654435761u >> 9) % 26);
+        text[sizes[k]] = 0;
+        struct store_submission s = asks("90", "ann", "90");
+        s.again = k > 0;
+        CHECK(give(&s) == STORE_KEPT && s.outcome == STORE_NEW);
+        struct job_row run = claim(&ann);
+        CHECK(number(run.id) == 90 && end_as(&run, JOB_DONE, text) == STORE_KEPT && result_is(&run, text), "%zu bytes", sizes[k]);
+        free(text);
+    }
+}
+
 /* One owner's hundred jobs delay another's by one. */
 static void turns(void)
 {
@@ -149,5 +169,6 @@ void check_lives(void)
     leases();
     poison();
     cancels();
+    lengths();
     turns();
 }

@@ -1,5 +1,6 @@
 /* Orders, waited for: see orders.h. */
 #include "orders.h"
+#include "spool.h"
 
 #include <semaphore.h>
 #include <string.h>
@@ -133,7 +134,7 @@ bool result_is(const struct job_row *run, const char *should)
     char *text = NULL;
     size_t length = 0;
     bool same = store_result(store, run->id, &text, &length) == STORE_FOUND && length == strlen(should) && memcmp(text, should, length) == 0;
-    free(text);
+    spool_free(text);
     return same;
 }
 

@@ -12,6 +12,7 @@
 #include "fuzz.h"
 #include "log.h"
 #include "metrics.h"
+#include "spool.h"
 #include "store.h"
 
 enum { JOBS = 8, TEXT = 6000 };
@@ -144,7 +145,10 @@ static void check_text(int k, bool result)
         char *right = text_of(result ? m->result_fill : m->fill, should);
         FUZZ_REQUIRE(m->there && length == should && memcmp(text, right, should) == 0, "job %d: another %s of %zu bytes, not %zu, %.30s, not %.30s", k, result ? "result" : "request", length, should, text, right);
         free(right);
-        free(text);
+        if (result)
+            spool_free(text);
+        else
+            free(text);
     } else if (result ? cached && trusted : trusted) {
         FUZZ_REQUIRE(a == STORE_NONE && !(result ? m->result : m->there), "job %d: its %s is gone", k, result ? "result" : "request");
     }

@@ -4,6 +4,7 @@
 #include <assert.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "budget.h"
 #include "buf.h"
@@ -124,11 +125,40 @@ size_t answer_limit(const struct job *j)
 
 bool answer_fits(struct job *j, const struct sga_buf *out)
 {
-    size_t limit = answer_limit(j);
-    if (out->len <= limit)
+    const struct answer_flow *flow = j->host.flow;
+    size_t limit = answer_limit(j), length = out->len + (flow && flow->out == out ? flow->given : 0);
+    if (length <= limit)
         return true;
     return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the result has more than %.1f MB (%.1f MB were written); ask for fewer samples, "
-                    "or for less in want", (double)limit * 0x1p-20, (double)out->len * 0x1p-20);
+                    "or for less in want", (double)limit * 0x1p-20, (double)length * 0x1p-20);
+}
+
+/* Bytes of a result that go at a time. */
+static const size_t PIECE = 256 << 10;
+
+bool answer_goes(struct job *j, struct sga_buf *out)
+{
+    struct answer_flow *flow = j->host.flow;
+    if (!answer_fits(j, out))
+        return false;
+    if (!flow || flow->out != out || out->len < PIECE)
+        return true;
+    flow->give(flow->ctx, out->data, out->len);
+    flow->given += out->len;
+    sga_buf_clear(out);
+    return true;
+}
+
+void answer_raw(struct job *j, struct sga_json *w, const char *text)
+{
+    size_t left = strlen(text), n = left < PIECE ? left : PIECE;
+    sga_json_raw(w, text, n);
+    while (left -= n) {
+        text += n;
+        n = left < PIECE ? left : PIECE;
+        answer_goes(j, w->out);
+        sga_buf_put(w->out, text, n);
+    }
 }
 
 bool answer_value_moved(const struct job *j, const struct request_initial *given, const double *x)

@@ -27,6 +27,7 @@ struct sga_budget;
 struct sga_error;
 struct sga_solution;
 struct sga_team;
+struct sga_json;
 struct sga_warnings;
 struct sga_witness;
 struct slides;
@@ -38,6 +39,14 @@ struct traj_initial;
 struct traj_request;
 struct traj_result;
 struct job;
+
+/* Where a long result goes while it is written. */
+struct answer_flow {
+    const struct sga_buf *out;             /* the buffer of the result, and no other */
+    void (*give)(void *ctx, const char *text, size_t length);
+    void *ctx;
+    size_t given;                          /* bytes, before those that the buffer holds */
+};
 
 /* What a job goes through. The list of them (run.c) is in the order in which they run, and ends with one without a name. */
 struct job_stage {
@@ -58,6 +67,7 @@ struct job {
         void (*progress)(void *ctx, const char *stage, double fraction, double t);   /* or NULL; t: job_progress_at */
         void *ctx;
         struct sga_team *team;    /* or NULL */
+        struct answer_flow *flow; /* or NULL */
     } host;
     const struct job_stage *stages;
     struct sga_budget *budget;    /* in mem, or the owner's */
@@ -168,6 +178,10 @@ bool job_helps(const struct job *j);
 size_t answer_limit(const struct job *j);
 /* False once out is over that, and the error is set. */
 bool answer_fits(struct job *j, const struct sga_buf *out);
+/* The same between two rows of the result, where what is written may go; no place in out is one after it. */
+bool answer_goes(struct job *j, struct sga_buf *out);
+/* A value that was written before. */
+void answer_raw(struct job *j, struct sga_json *w, const char *text);
 /* The name of a variable of the system. */
 const char *answer_variable_name(const struct job *j, int variable);
 /* Free functions are called f1, f2, ...; a name of the request is never used again. */

@@ -251,7 +251,7 @@ static bool write_motion(struct job *j, struct sga_json *w)
         answer_write_initial(j, w);
     if (j->sweep) {
         sga_json_key(w, "trajectories");
-        sga_json_raw(w, j->sweep, strlen(j->sweep));
+        answer_raw(j, w, j->sweep);
     }
     if (j->trajectory && !answer_write_trajectory(j, w))
         return false;
@@ -319,7 +319,7 @@ bool answer_write(struct job *j, struct sga_buf *out)
         return false;
     if (j->sets) {
         sga_json_key(w, "sets");
-        sga_json_raw(w, j->sets, strlen(j->sets));
+        answer_raw(j, w, j->sets);
     }
     if (j->fit) {
         sga_json_key(w, "fit");

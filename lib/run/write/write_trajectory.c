@@ -46,7 +46,7 @@ static bool write_rows(struct job *j, struct sga_json *w)
     sga_json_key(w, "rows");
     sga_json_array(w);
     for (int i = 0; i < r->rows; i++) {
-        if (i % 64 == 0 && !(answer_fits(j, w->out) && job_goes_on(j)))
+        if (i % 64 == 0 && !(answer_goes(j, w->out) && job_goes_on(j)))
             return false;
         sga_json_array(w);
         sga_json_double(w, r->t[i]);
@@ -59,19 +59,23 @@ static bool write_rows(struct job *j, struct sga_json *w)
 }
 
 /* Balls: how far the true value is at most from what is written, by rows like the rows without time. */
-static void write_radii(const struct traj_result *r, struct sga_json *w)
+static bool write_radii(struct job *j, struct sga_json *w)
 {
+    const struct traj_result *r = j->trajectory;
     if (!r->radius)
-        return;
+        return true;
     sga_json_key(w, "radii");
     sga_json_array(w);
     for (int i = 0; i < r->rows; i++) {
+        if (i % 64 == 0 && !answer_goes(j, w->out))
+            return false;
         sga_json_array(w);
         for (int k = 0; k < r->columns; k++)
             sga_json_double(w, r->radius[(size_t)i * (size_t)r->columns + (size_t)k]);
         sga_json_end_array(w);
     }
     sga_json_end_array(w);
+    return true;
 }
 
 /* By column without time, where there are such numbers. */
@@ -87,12 +91,16 @@ static void write_columnwise(struct sga_json *w, const char *key, const double *
 }
 
 /* One estimate for each row, and whether all are within the tolerances. */
-static void write_errors(const struct traj_result *r, struct sga_json *w)
+static bool write_errors(struct job *j, struct sga_json *w)
 {
+    const struct traj_result *r = j->trajectory;
     sga_json_key(w, "errors");
     sga_json_array(w);
-    for (int i = 0; i < r->rows && r->error; i++)
+    for (int i = 0; i < r->rows && r->error; i++) {
+        if (i % 1024 == 0 && !answer_goes(j, w->out))
+            return false;
         sga_json_double(w, r->error[i]);
+    }
     sga_json_end_array(w);
     write_columnwise(w, "column_errors", r->column_error, r->columns);
     write_columnwise(w, "units", r->unit, r->columns);
@@ -102,6 +110,7 @@ static void write_errors(const struct traj_result *r, struct sga_json *w)
     if (!r->inputs_examined)
         sga_json_member_string(w, "inputs_not_examined", "functions of time in the equations vary too fast, or are too many, to be searched "
                                "for narrow pulses everywhere: a pulse between steps would be seen in no error estimate");
+    return true;
 }
 
 /* Where a request has events. */
@@ -116,7 +125,7 @@ static bool write_events(struct job *j, struct sga_json *w)
     sga_json_array(w);
     for (int i = 0; i < r->happened; i++) {
         const struct traj_happening *h = r->happening + i;
-        if (i % 64 == 0 && !(answer_fits(j, w->out) && job_goes_on(j)))
+        if (i % 64 == 0 && !(answer_goes(j, w->out) && job_goes_on(j)))
             return false;
         sga_json_object(w);
         sga_json_member_string(w, "name", t->event[h->event].name);
@@ -275,8 +284,8 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
     write_start(j, w, r->initial, r->moved, r->relation, r->relations);
     sga_json_end_object(w);
     sga_json_member_double(w, "error_estimate", r->error_estimate);
-    write_errors(r, w);
-    write_radii(r, w);
+    if (!write_errors(j, w) || !write_radii(j, w))
+        return false;
     sga_json_member_double(w, "constraint_residual", r->residual);
     answer_write_drift(j, w);
     sga_json_member_string(w, "method", r->method);
@@ -286,7 +295,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
         sga_json_member_string(w, "gauge_numeric", r->gauge_numeric);
     if (j->sensitivities) {
         sga_json_key(w, "sensitivities");
-        sga_json_raw(w, j->sensitivities, strlen(j->sensitivities));
+        answer_raw(j, w, j->sensitivities);
     }
     answer_write_pieces(j, w);
     write_slides(j, w);
