@@ -294,15 +294,25 @@ static void eval(struct num_ball *b, expr_id e)
     }
 }
 
-void num_ball_extend(struct num_ball *b)
+static void extend(struct num_ball *b, int nodes)
 {
     cover(b);
-    while (b->nodes < b->st->nodes) {
-        int upto = b->st->nodes - b->nodes > BATCH ? b->nodes + BATCH : b->st->nodes;
+    while (b->nodes < nodes) {
+        int upto = nodes - b->nodes > BATCH ? b->nodes + BATCH : nodes;
         sga_watch_count(SGA_COUNT_BALLS, upto - b->nodes);
         for (; b->nodes < upto; b->nodes++)
             eval(b, b->nodes);
     }
+}
+
+void num_ball_extend(struct num_ball *b)
+{
+    extend(b, b->st->nodes);
+}
+
+void num_ball_extend_to(struct num_ball *b, expr_id e)
+{
+    extend(b, (int)e + 1);
 }
 
 void num_ball_list(struct num_ball *b, const expr_id *list, int count)

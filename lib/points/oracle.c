@@ -237,7 +237,7 @@ bool points_oracle_certified(const struct points_oracle *s)
 double points_oracle_magnitude(struct points_oracle *s, expr_id e)
 {
     assert(s->reals > 0);
-    num_ball_extend(&s->real[0].ball);
+    num_ball_extend_to(&s->real[0].ball, e);
     SGA_ENDS(mag_end) mag_t m = { 0 };
     arb_get_mag(m, num_ball_value(&s->real[0].ball, e));
     return mag_is_special(m) ? -1e9 : mag_get_d_log2_approx(m);

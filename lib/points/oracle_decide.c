@@ -57,7 +57,7 @@ static struct tally look(struct points_oracle *s, expr_id e)
 {
     struct tally t = { .digits = 1 << 20 };
     for (int k = 0; k < s->reals; k++) {
-        num_ball_extend(&s->real[k].ball);
+        num_ball_extend_to(&s->real[k].ball, e);
         count_ball(&t, s->real + k, num_ball_value(&s->real[k].ball, e));
     }
     return t;
@@ -146,7 +146,7 @@ static slong needed_bits(struct points_oracle *s, expr_id e)
     double height = points_oracle_height(s);
     expr_cone_of(s->space.st, &s->cone, &e, 1);
     for (int k = 0; k < s->reals; k++) {
-        num_ball_extend(&s->real[k].ball);
+        num_ball_extend_to(&s->real[k].ball, e);
         slong here = points_needed_bits(&s->real[k].ball, s->cone.list, s->cone.count, height);
         need = here > need ? here : need;
     }

@@ -57,13 +57,13 @@ def long_streams(build, c):
         c(again.body == a.body, "long: the same again", len(again.body))
         c(gzip.decompress(d.get(where, Accept_Encoding="gzip").body) == a.body, "long: packed")
         same_samples(d, c, where, job)
-        c(peak(d) - begin < length / 3 or sanitized(build), "long: the daemon stays small", (begin, peak(d), length))
+        c(peak(d) - begin < length / 2 or sanitized(build), "long: the daemon stays small", (begin, peak(d), length))
         if d.shares():
             return
         d.stop()
         d.start()
         c(d.get(where).body == a.body, "long: the same after a restart")
-        c(peak(d) - begin < length / 3 or sanitized(build), "long: small when it is read, too", (begin, peak(d), length))
+        c(peak(d) - begin < length / 2 or sanitized(build), "long: small when it is read, too", (begin, peak(d), length))
         direct = subprocess.run([os.path.join(build, "sga"), "solve", "--json", "-"], input=json.dumps(moving(k=job["result"]["trajectory"]["rows"][0][2], samples=SAMPLES)).encode(),
                                 capture_output=True, timeout=150, check=False)
         c(essence({"result": json.loads(direct.stdout)}) == essence(job), "long: as without a daemon", direct.stderr)

@@ -164,8 +164,8 @@ static bool constant_there(struct job *j, expr_id e)
     struct points_oracle *s = j->oracle;
     if (s->reals < 2)
         return false;
-    num_ball_extend(&s->real[0].ball);
-    num_ball_extend(&s->real[1].ball);
+    num_ball_extend_to(&s->real[0].ball, e);
+    num_ball_extend_to(&s->real[1].ball, e);
     arb_srcptr v = num_ball_value(&s->real[0].ball, e), other = num_ball_value(&s->real[1].ball, e);
     double d = arf_get_d(arb_midref(v), ARF_RND_NEAR), den = 1;
     if (!arb_is_finite(v) || !arb_overlaps(v, other) || !(fabs(d) < 1e9))
