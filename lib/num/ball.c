@@ -294,6 +294,23 @@ static void eval(struct num_ball *b, expr_id e)
     }
 }
 
+/* The highest 64 bits as a whole number, odd where any bit below them is set, round as all of the bits do. */
+double num_ball_double(const arf_t x, slong exponent)
+{
+    enum { RANGE = 4000 };
+    if (arf_is_zero(x))
+        return 0;
+    if (arf_is_special(x))
+        return arf_get_d(x, ARF_RND_NEAR);
+    mp_srcptr limb;
+    mp_size_t limbs;
+    ARF_GET_MPN_READONLY(limb, limbs, x);
+    mp_limb_t top = limb[limbs - 1] | (limbs > 1);
+    slong e = num_ball_log2(x) - exponent;        /* it is in 2^(e - 1) .. 2^e */
+    double v = ldexp((double)top, (int)(e > RANGE ? RANGE : e < -RANGE ? -RANGE : e) - FLINT_BITS);
+    return arf_sgn(x) < 0 ? -v : v;
+}
+
 static void extend(struct num_ball *b, int nodes)
 {
     cover(b);

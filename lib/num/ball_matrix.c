@@ -95,13 +95,11 @@ static bool take_units(struct num_ball_matrix *w)
 static void take_values(struct num_ball_matrix *w)
 {
     SGA_ENDS(mag_end) mag_t r = { 0 };
-    SGA_ENDS(arf_end) arf_t v = { 0 };
     double sum = 0;
     for (int i = 0; i < w->rows; i++)
         for (int k = w->B->ptr[i]; k < w->B->ptr[i + 1]; k++) {
             slong unit = w->row[i] + w->column[w->B->col[k]];
-            arf_mul_2exp_si(v, arb_midref(w->entry[k]), unit);
-            w->B->val[k] = arf_get_d(v, ARF_RND_NEAR);
+            w->B->val[k] = num_ball_double(arb_midref(w->entry[k]), -unit);
             mag_mul_2exp_si(r, arb_radref(w->entry[k]), unit);
             double e = mag_get_d(r) * (1 + 1e-9) + fabs(w->B->val[k]) * DBL_EPSILON + DBL_MIN;
             sum += e * e;

@@ -60,7 +60,7 @@ void points_jacobian_entries(struct points_jacobian *j, struct num_ball *ball)
             arb_zero(j->grad + j->col[i][k]);
         num_ball_gradient(ball, j->space->constraint[i], j->cone[i], j->cone_len[i], j->column, j->grad, j->scratch);
         for (int k = 0; k < j->cols[i]; k++)
-            arb_set(j->entry[i] + k, j->grad + j->col[i][k]);
+            arb_swap(j->entry[i] + k, j->grad + j->col[i][k]);
     }
 }
 
@@ -79,7 +79,5 @@ slong points_row_exponent(const struct points_jacobian *j, int i, const int *sca
 
 double points_scaled(const arb_t v, slong exponent)
 {
-    SGA_ENDS(arf_end) arf_t t = { 0 };
-    arf_mul_2exp_si(t, arb_midref(v), -exponent);
-    return arf_get_d(t, ARF_RND_NEAR);
+    return num_ball_double(arb_midref(v), exponent);
 }

@@ -22,7 +22,7 @@
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 80, BRANCH_STARTS = 3, FEW = 40, MANY = 500, FOLLOWED = 4 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 64, BRANCH_STARTS = 3, FEW = 40, MANY = 500, FOLLOWED = 4 };
 /* Of the starts: those whose values may leave the range of doubles where constraints are solved one after the other. */
 enum { LAST_STARTS = 2 };
 /* How much nearer to the guess the next start is, where one led over a change of branch. */
@@ -379,7 +379,10 @@ static enum points_status find(const struct points_space *s, double spread, uint
             nearer *= NEARER;
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
         }
-        if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !points_at_kink(s, p)))
+        if (got == 1 && s->passing && s->constraints > MANY) {
+            num_ball_forget(&p->ball);      /* of the place before the last step */
+            status = accepted(s, p, strict, outside);
+        } else if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !points_at_kink(s, p)))
             status = accepted(s, p, strict, outside);
         else if (got != 0 && !p->away && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
@@ -426,6 +429,7 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
         part.constraints = end[k];
         part.end = end;
         part.ends = k + 1;
+        part.passing = k + 1 < stages;
         part.before = before.x ? &before : NULL;
         points_point_clear(p);
         status = points_find(&part, spread, random, k + 1 < stages ? NEWTON_BITS : prec, p);

@@ -17,7 +17,7 @@ struct points_side {
     bool unseen;              /* what holds beyond is not known: no point of the set was found there */
 };
 
-enum { POINTS_BITS = 192 };    /* of points at which functions are asked first */
+enum { POINTS_BITS = 128 };    /* of points at which functions are asked first */
 
 /* What is sampled. Nothing here is owned. */
 struct points_space {
@@ -40,6 +40,7 @@ struct points_space {
     double time_unit;                         /* over which equations change with time, where that is far from 1; 0: 1 */
     bool by_shape;                            /* the set is solved variable by variable (triangular.h) from the first start on,
                                                * and not by steps, which go to the part that is nearest */
+    bool passing;                             /* the point is only where a search on a smaller set begins: of many constraints it is not proved */
     int starts;                               /* random ones to try; 0: the usual number */
     bool by_name;                             /* starts are drawn by the names of variables, whatever their order */
     long *steps;                              /* Newton steps left, counted down: none is found past them; NULL: any number */

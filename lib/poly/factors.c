@@ -14,6 +14,9 @@
  * branches report), and beyond that none (false): FLINT cannot be interrupted. */
 enum { FULL_TERMS = SGA_MOST_FACTORED_FULLY, FULL_DEGREE = SGA_MOST_FACTORED_DEGREE, SQUAREFREE_TERMS = 300, SQUAREFREE_DEGREE = 60 };
 
+/* What ranks of quadrics are told modulo. */
+enum { QUADRIC_PRIME = 2147483647 };
+
 static bool factors_sane(const struct poly_factors *f)
 {
     bool sane = f->sign >= -1 && f->sign <= 1;
@@ -167,25 +170,81 @@ static bool linear_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
     return prime;
 }
 
-/* f = c1 x1^2 + .. + ck xk^2 + c0, primitive: with three terms or more a quadratic form of rank 3 or more (that
- * of c0 with a variable of its own), irreducible over every field; with two of one sign irreducible over the reals. Lengths of rods and
- * of normals are such sums, and a factorisation costs much more. True: it was found so. */
-static bool squares_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
+/* Two squares of one sign, a constant being one of them: irreducible over the reals. */
+static bool two_squares(const fmpz_mpoly_t f, const ulong *first, const ulong *second, int gens)
 {
-    if (f->length < 2 || f->length > b->max_gens + 1 || (f->length == 2 && fmpz_sgn(f->coeffs) != fmpz_sgn(f->coeffs + 1)))
-        return false;
-    SGA_FREED ulong *exp = sga_malloc((size_t)b->max_gens * sizeof *exp);
-    bool sum = true;
-    for (slong i = 0; i < f->length && sum; i++) {
-        ulong total = 0, most = 0;
-        poly_exponents(b, f, i, exp);
-        for (int g = 0; g < b->gens; g++) {
-            total += exp[g];
-            most = exp[g] > most ? exp[g] : most;
+    bool squares = fmpz_sgn(f->coeffs) == fmpz_sgn(f->coeffs + 1);
+    for (int g = 0; g < gens; g++)
+        squares = squares && first[g] != 1 && second[g] != 1;
+    return squares;
+}
+
+/* A polynomial of degree 2 with one more variable, which makes all of its terms of degree 2: a symmetric matrix, modulo a prime. */
+struct quadric { int size; mp_limb_t *entry; };
+
+static void put_term(struct quadric *q, int a, int b, mp_limb_t c)
+{
+    mp_limb_t *e = q->entry;
+    e[a * q->size + b] = n_addmod(e[a * q->size + b], c, QUADRIC_PRIME);
+    e[b * q->size + a] = n_addmod(e[b * q->size + a], c, QUADRIC_PRIME);      /* twice on the diagonal */
+}
+
+/* Whether its rank is 3 or more. */
+static bool rank_of_three(struct quadric *q)
+{
+    mp_limb_t *e = q->entry;
+    int n = q->size, rank = 0;
+    for (int k = 0; k < n && rank < 3; k++) {
+        int row = rank;
+        while (row < n && !e[row * n + k])
+            row++;
+        if (row == n)
+            continue;
+        for (int c = 0; c < n; c++)
+            MP_LIMB_SWAP(e[row * n + c], e[rank * n + c]);
+        mp_limb_t by = n_invmod(e[rank * n + k], QUADRIC_PRIME);
+        for (int r = rank + 1; r < n; r++) {
+            mp_limb_t factor = e[r * n + k] * by % QUADRIC_PRIME;
+            for (int c = k; c < n && factor; c++)
+                e[r * n + c] = n_submod(e[r * n + c], factor * e[rank * n + c] % QUADRIC_PRIME, QUADRIC_PRIME);
         }
-        sum = total == most && (total == 2 || total == 0);
+        rank++;
     }
-    return sum;
+    return rank == 3;
+}
+
+/* f of degree 2: the product of two linear polynomials has a matrix of rank 2 at the most, over every field; that modulo a prime is no
+ * larger. Lengths of rods, normals and their rates are such polynomials, and a factorisation costs much more. True: f was found to be irreducible. */
+static bool quadric_prime(struct poly_bridge *b, const fmpz_mpoly_t f)
+{
+    enum { TERMS = 100, SIZE = 40 };
+    if (f->length < 2 || f->length > TERMS || poly_degree(b, f) != 2)
+        return false;
+    SGA_ARENA(mem);
+    ulong *exp = sga_take(&mem, 2 * (size_t)b->max_gens * sizeof *exp), *second = exp + b->max_gens;
+    int *used = sga_zeros(&mem, (size_t)b->max_gens, sizeof *used), *place = sga_take(&mem, (size_t)b->max_gens * sizeof *place);
+    struct quadric q = { .size = 1 };
+    fmpz_mpoly_used_vars(used, f, b->ctx);
+    for (int g = 0; g < b->gens; g++)
+        place[g] = used[g] ? q.size++ : 0;
+    if (f->length == 2) {
+        poly_exponents(b, f, 0, exp);
+        poly_exponents(b, f, 1, second);
+        if (two_squares(f, exp, second, b->gens))
+            return true;
+    }
+    if (q.size > SIZE || q.size < 3)
+        return false;
+    q.entry = sga_zeros(&mem, (size_t)q.size * (size_t)q.size, sizeof *q.entry);
+    for (slong i = 0; i < f->length; i++) {
+        int at[2] = { 0, 0 }, n = 0;
+        poly_exponents(b, f, i, exp);
+        for (int g = 0; g < b->gens; g++)
+            for (ulong k = 0; k < exp[g]; k++)
+                at[n++] = place[g];
+        put_term(&q, at[0], at[1], fmpz_fdiv_ui(f->coeffs + i, QUADRIC_PRIME));
+    }
+    return rank_of_three(&q);
 }
 
 /* f over what its coefficients have in common. */
@@ -210,7 +269,7 @@ static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const f
     bool full = f->length <= FULL_TERMS && degree <= FULL_DEGREE;
     if (!full && (f->length > SQUAREFREE_TERMS || degree > SQUAREFREE_DEGREE))
         return false;
-    if (f->length > 1 && (squares_prime(b, f) || linear_prime(b, f))) {
+    if (f->length > 1 && (quadric_prime(b, f) || linear_prime(b, f))) {
         if (fmpz_sgn(f->coeffs) < 0) {
             fmpz_mpoly_neg(f, f, b->ctx);
             out->sign = n % 2 ? -out->sign : out->sign;

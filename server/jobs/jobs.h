@@ -147,7 +147,7 @@ bool jobs_cancelled(struct jobs *js, struct job *job);
 /* Another daemon has the job now: true once, and then it is not the worker's any more. */
 bool jobs_lost(struct jobs *js, struct job *job);
 void jobs_progress(struct jobs *js, struct job *job, const char *stage, double fraction, double t);
-/* The end: result text, or err. One of them. Takes no ownership. */
+/* The end: the result's text, of spool_new, which is taken over (*result becomes NULL; where memory ends it stays the caller's), or err. */
 void jobs_done(struct jobs *js, struct job *job, char **result, size_t length);
 void jobs_failed(struct jobs *js, struct job *job, const struct sga_error *err);
 /* Back to the front of its queue, here and on disk, as if it had not been taken. One that was

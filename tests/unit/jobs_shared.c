@@ -1,5 +1,6 @@
 /* The jobs table over a store that several daemons share, which is the test's own: what comes late, twice or not at all. */
 #include "check.h"
+#include "spool.h"
 #include "config.h"
 #include "jobs.h"
 #include "memory_cache.h"
@@ -132,9 +133,9 @@ static struct job_look look(struct scene *s, struct job *job)
 /* Its end reaches the store: then everybody is told, and it leaves the table. */
 static void ends(struct scene *s, struct job *run)
 {
-    char *result = strdup(RESULT);
+    char *result = memcpy(spool_new(sizeof RESULT - 1), RESULT, sizeof RESULT);
     jobs_done(s->jobs, run, &result, sizeof RESULT - 1);
-    free(result);
+    spool_free(result);
     CHECK(fake.ended && !look(s, run).finished);
     if (fake.ended)
         fake.ended(fake.ended_ctx, STORE_KEPT);
@@ -203,9 +204,9 @@ static void fenced(void)
     fake.submission->outcome = STORE_NEW;
     fake.submitted(fake.submitted_ctx, STORE_KEPT);
     struct job *run = jobs_claim(s.jobs, s.wake);
-    char *result = strdup(RESULT);
+    char *result = memcpy(spool_new(sizeof RESULT - 1), RESULT, sizeof RESULT);
     jobs_done(s.jobs, run, &result, sizeof RESULT - 1);
-    free(result);
+    spool_free(result);
     fake.ended(fake.ended_ctx, STORE_FENCED);
     struct job_look l = look(&s, run);
     CHECK(!l.finished && !l.gone);

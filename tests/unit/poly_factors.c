@@ -174,6 +174,38 @@ static void shown_irreducible(void)
     CHECK(10 * shown > 8 * single && single > 0 && products > 0, "%d of %d are shown, beside %d products", shown, single, products);
 }
 
+/* Degree 2: products of two linear polynomials come apart, sums of three squares of independent ones and more do not, in any coordinates. */
+static expr_id linear(int terms)
+{
+    static const char *const name[] = { "x", "y", "z", "a", "t" };
+    expr_id e = expr_int(&st, (int)next(7) - 3);
+    for (int k = 0; k < terms; k++)
+        e = expr_add(&st, e, expr_mul(&st, expr_int(&st, (int)next(9) - 4), read(name[(k + (int)next(2)) % 5])));
+    return e;
+}
+
+static void quadrics(void)
+{
+    for (int turn = 0; turn < 200; turn++) {
+        struct poly_factors f;
+        expr_id u = expr_add(&st, linear(5), expr_mul(&st, expr_int(&st, 11), read("x"))), v = expr_add(&st, linear(5), expr_mul(&st, expr_int(&st, 13), read("y")));
+        CHECK(poly_numerator_factors(&st, expr_mul(&st, u, v), NULL, &f));
+        int degree = 0;
+        for (int i = 0; i < f.factors; i++)
+            degree += (int)f.factor[i].multiplicity;
+        CHECK(degree >= 2, "a product: %d factors", f.factors);
+        poly_factors_clear(&f);
+        expr_id w = expr_add(&st, linear(5), expr_mul(&st, expr_int(&st, 17), read("z"))), sum = EXPR_UNDEF;
+        expr_id square[] = { expr_mul(&st, u, u), expr_mul(&st, v, v), expr_mul(&st, w, w) };
+        for (int i = 0; i < 3; i++) {
+            expr_id term = expr_mul(&st, expr_int(&st, 1 + (int)next(3)), square[i]);
+            sum = !i ? term : next(2) ? expr_add(&st, sum, term) : expr_sub(&st, sum, term);
+        }
+        CHECK(poly_numerator_factors(&st, sum, NULL, &f) && f.factors == 1 && f.factor[0].multiplicity == 1 && f.factor[0].irreducible, "three squares: %d factors", f.factors);
+        poly_factors_clear(&f);
+    }
+}
+
 int main(void)
 {
     state = check_seed(11);
@@ -184,6 +216,7 @@ int main(void)
     expr_symbol_add(&st, "a", EXPR_PARAMETER);
     expr_symbol_add(&st, "t", EXPR_TIME);
     numerators();
+    quadrics();
     zeros();
     together();
     shown_irreducible();
