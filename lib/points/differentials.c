@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "arb_ends.h"
+#include "mem.h"
 #include "points_space.h"
 
 void points_jacobian_init(struct points_jacobian *j, const struct points_space *s)
@@ -39,12 +40,13 @@ void points_jacobian_init(struct points_jacobian *j, const struct points_space *
     expr_cone_of(st, &j->all, s->constraint, c);
     j->grad = arbs_take(&j->mem, s->variables);
     j->scratch_len = st->nodes;
-    j->scratch = arbs_take(&j->mem, st->nodes);
+    j->scratch = sga_zero_pages((size_t)st->nodes * sizeof *j->scratch);
 }
 
 void points_jacobian_clear(struct points_jacobian *j)
 {
     expr_cone_clear(&j->all);
+    sga_zero_pages_free(j->scratch, (size_t)j->scratch_len * sizeof *j->scratch);      /* numbers that are 0 hold nothing */
     sga_arena_end(&j->mem);
 }
 

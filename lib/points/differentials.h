@@ -14,7 +14,7 @@ struct points_jacobian {
     int *column;                   /* by symbol: variable index or -1 */
     int **col; int *cols;          /* by constraint: structural columns */
     arb_ptr *entry;                /* by constraint: values in that order */
-    arb_ptr grad, scratch;         /* by variable; by node */
+    arb_ptr grad, scratch;         /* by variable; by node, all 0 between uses: pages that no cone needs are never touched */
     int scratch_len;
 };
 

@@ -49,6 +49,7 @@ void points_oracle_forget(struct points_oracle *s)
         points_modpoint_clear(s->modular + i);
     s->reals = s->modulars = 0;
     s->height = -1;
+    s->listed = 0;
     s->modular_over = false;
     if (s->beyond)
         points_beyond_forget(s->beyond);

@@ -53,11 +53,34 @@ static void count_ball(struct tally *t, const struct points_point *p, const arb_
     }
 }
 
+/* What a question may cost beside all nodes before it: a few questions about a large store are asked of their cones. */
+enum { FEW_NODES = 10000, PART = 8 };
+
+/* Values for e at the points: of its cone alone, until such cones are as many as what is left out. */
+static void give_value(struct points_oracle *s, expr_id e)
+{
+    int most = 0;
+    for (int k = 0; k < s->reals; k++)
+        most = (int)e - s->real[k].ball.nodes > most ? (int)e - s->real[k].ball.nodes : most;
+    if (most > FEW_NODES && !s->space.st->solves) {
+        expr_cone_of(s->space.st, &s->cone, &e, 1);
+        if (s->listed + s->cone.count < most / PART) {
+            s->listed += s->cone.count;
+            for (int k = 0; k < s->reals; k++)
+                num_ball_list(&s->real[k].ball, s->cone.list, s->cone.count);
+            return;
+        }
+    }
+    s->listed = 0;
+    for (int k = 0; k < s->reals; k++)
+        num_ball_extend_to(&s->real[k].ball, e);
+}
+
 static struct tally look(struct points_oracle *s, expr_id e)
 {
     struct tally t = { .digits = 1 << 20 };
+    give_value(s, e);
     for (int k = 0; k < s->reals; k++) {
-        num_ball_extend_to(&s->real[k].ball, e);
         count_ball(&t, s->real + k, num_ball_value(&s->real[k].ball, e));
     }
     return t;
