@@ -17,6 +17,7 @@
 #include "one_by_one.h"
 #include "parts.h"
 #include "points_random.h"
+#include "quick.h"
 #include "mem.h"
 #include "refine.h"
 #include "sides.h"
@@ -31,6 +32,8 @@ static const double NEARER = 0.125;
  * part of them, it was none. */
 static const double FARTHER = 1.5, FAR_OUT = 1e3, BACK = 0.25;
 enum { FARTHER_PLACES = 5 };
+/* In doubles a step goes on while it leaves less than this part of what was left, or more than their roundings may be. */
+static const double SLOWEST = 0.1, QUICK_NOISE = 1e-6;
 
 uint64_t points_random(uint64_t *state)
 {
@@ -186,35 +189,81 @@ static void loosen_row(const struct points_jacobian *j, struct normal *w, int i,
     r[i] *= after > 0 ? before / after : 1;
 }
 
+static void set_symbols(const struct points_space *s, struct points_point *p)
+{
+    for (int i = 0; i < s->variables; i++)
+        num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
+}
+
+/* The rows' entries and the constraints' values, in units of each row's largest entry: in balls. False: something has no value. */
+static bool rows_in_balls(struct points_jacobian *j, struct points_point *p, struct normal *w, double *r)
+{
+    const struct points_space *s = j->space;
+    const int *scale = p->scaled ? s->scale : NULL;
+    points_jacobian_values(j, &p->ball);
+    for (int i = 0; i < s->constraints; i++)
+        if (!arb_is_finite(num_ball_value(&p->ball, s->constraint[i])))
+            return false;
+    points_jacobian_entries(j, &p->ball);
+    for (int i = 0; i < s->constraints; i++) {
+        slong e = points_row_exponent(j, i, scale);
+        for (int k = 0; k < j->cols[i]; k++) {
+            if (!arb_is_finite(j->entry[i] + k))
+                return false;
+            w->value[i][k] = points_scaled(j->entry[i] + k, e - (scale ? scale[j->col[i][k]] : 0));
+        }
+        r[i] = points_scaled(num_ball_value(&p->ball, s->constraint[i]), e);
+        if (!isfinite(r[i]))
+            return false;
+    }
+    return true;
+}
+
+/* The same in doubles; false where these are not enough. */
+static bool rows_in_doubles(struct points_quick *q, const struct points_jacobian *j, const struct points_point *p, struct normal *w, double *r)
+{
+    const int *scale = p->scaled ? j->space->scale : NULL;
+    if (!points_quick_at(q, j, p, w->value))
+        return false;
+    for (int i = 0; i < w->c; i++) {
+        double most = 0;
+        int e;
+        for (int k = 0; k < j->cols[i]; k++) {
+            w->value[i][k] = scale ? ldexp(w->value[i][k], scale[j->col[i][k]]) : w->value[i][k];
+            most = fabs(w->value[i][k]) > most ? fabs(w->value[i][k]) : most;
+        }
+        frexp(most, &e);
+        double unit = ldexp(1, -e);
+        for (int k = 0; k < j->cols[i]; k++)
+            w->value[i][k] *= unit;
+        r[i] = q->value[i] * unit;
+        if (!isfinite(most) || !(most > 0) || !isfinite(unit) || !(unit > 0) || !isfinite(r[i]))
+            return false;
+    }
+    return true;
+}
+
 /* One Gauss-Newton step: of least norm, or (old not NULL) one that moves only variables
  * that no satisfied constraint contains; `old` (by variable) is worked out at the first
  * such step (old[n] = 0). Returns the largest scaled residual before it, or -1 where the
- * constraints have no value; *rank is the numerical rank of the differentials. */
-static double step(struct points_jacobian *j, struct points_point *p, struct points_parts *parts, struct normal *w, unsigned char *old, double *r, double *d,
-                   int *rank)
+ * constraints have no value; *rank is the numerical rank of the differentials. In doubles where *quick, which becomes false where these are not enough. */
+static double step(struct points_jacobian *j, struct points_point *p, struct points_parts *parts, struct normal *w, struct points_quick *q, bool *quick,
+                   unsigned char *old, double *r, double *d, int *rank)
 {
     const struct points_space *s = j->space;
     const int *scale = p->scaled ? s->scale : NULL;
     const signed char *cheap = p->cheaply ? s->cheap : NULL;
     int c = s->constraints, n = s->variables;
-    points_jacobian_values(j, &p->ball);
-    for (int i = 0; i < c; i++)
-        if (!arb_is_finite(num_ball_value(&p->ball, s->constraint[i])))
-            return -1;
-    points_jacobian_entries(j, &p->ball);
+    bool was = *quick;
+    *quick = was && rows_in_doubles(q, j, p, w, r);
+    if (was && !*quick)
+        set_symbols(s, p);
+    if (!*quick && !rows_in_balls(j, p, w, r))
+        return -1;
     double worst = 0;
     for (int k = 0; k < parts->count; k++)
         parts->residual[k] = 0;
     for (int i = 0; i < c; i++) {
-        slong e = points_row_exponent(j, i, scale);
-        for (int k = 0; k < j->cols[i]; k++) {
-            if (!arb_is_finite(j->entry[i] + k))
-                return -1;
-            w->value[i][k] = points_scaled(j->entry[i] + k, e - (scale ? scale[j->col[i][k]] : 0));
-        }
-        r[i] = points_scaled(num_ball_value(&p->ball, s->constraint[i]), e);
-        if (!isfinite(r[i]))
-            return -1;
         double residual = fabs(r[i]) / row_size(j, i, p, scale);
         worst = fmax(worst, residual);
         if (parts->count)
@@ -243,18 +292,18 @@ static double step(struct points_jacobian *j, struct points_point *p, struct poi
         p->x[i] += damp * (scale ? ldexp(d[i], scale[i]) : d[i]);
         if (!isfinite(p->x[i]))
             return -1;
-        num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
     }
+    if (!*quick)
+        set_symbols(s, p);
     return worst;
 }
 
 /* Back to a quarter of the last step, which led out of the domain. */
 static void retreat(struct points_point *p, const struct points_space *s, const double *from)
 {
-    for (int i = 0; i < s->variables; i++) {
+    for (int i = 0; i < s->variables; i++)
         p->x[i] = isfinite(p->x[i]) ? from[i] + (p->x[i] - from[i]) / 4 : from[i];
-        num_ball_set_d(&p->ball, s->variable[i], p->x[i]);
-    }
+    set_symbols(s, p);
 }
 
 /* How far a search has gone, in units, and over how many places, each farther than those before. */
@@ -286,12 +335,16 @@ static int newton(struct points_jacobian *j, struct points_point *p, struct poin
     SGA_ARENA(mem);
     double *r = sga_take(&mem, (size_t)c * sizeof *r), *d = sga_take(&mem, (size_t)n * sizeof *d);
     double *from = sga_take(&mem, 2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
+    SGA_ENDS(points_quick_clear) struct points_quick q = { .tape = NULL };
+    bool quick = c > MANY;
+    if (quick)
+        points_quick_init(&q, j);
     int retreats = 0;
     struct way way = { 1, 0 };
     SGA_FREED unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
     for (int k = 0; k < (basic ? BASIC_STEPS : c > FEW ? LONG_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
         memcpy(here, p->x, (size_t)n * sizeof *here);
-        double res = step(j, p, parts, &w, old, r, d, &rank);
+        double res = step(j, p, parts, &w, &q, &quick, old, r, d, &rank);
         if (!sga_budget_ok(s->budget, NULL))
             break;
         if (res < 0) {
@@ -304,12 +357,18 @@ static int newton(struct points_jacobian *j, struct points_point *p, struct poin
         way_on(&way, s, p);
         if (old && rank == 0 && res >= 1e-12)
             break;          /* the new variables alone cannot do it */
+        if (quick && res <= QUICK_NOISE && !(res < SLOWEST * last)) {      /* roundings of doubles are what is left */
+            quick = false;
+            set_symbols(s, p);
+        }
         last = res;
         if (last < 1e-12) {
             result = 1;      /* whether it is regular there, the refinement tells */
             break;
         }
     }
+    if (quick)
+        set_symbols(s, p);
     p->away = way.places >= FARTHER_PLACES && way.far > FAR_OUT;
     if (result == 0 && !basic && last < 1e-4)
         result = -1;
