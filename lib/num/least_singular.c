@@ -71,9 +71,36 @@ static double norm(int n, const double *v)
 #define HIGH(a) ((a).hi)
 #include "least_singular_kernel.h"
 
-/* y = P x, P_ij = k_ij d_i d_j where L or its transpose has an entry, k_ij no fewer than the terms of the sum that makes it up. */
-static void times_roundings(const struct lin_gram *g, const double *d, const double *terms, const double *x, double *y)
+/* max_i (P x)_i / x_i is a bound of the largest eigenvalue of P, which has no negative entry, for any x > 0 (Collatz): here of the best of some
+ * steps towards its eigenvector. times(of, x, y): y = P x. */
+static double largest_of(int c, void (*times)(const void *of, const double *x, double *y), const void *of)
 {
+    SGA_ARENA(mem);
+    double *x = sga_take(&mem, ((size_t)c + 1) * sizeof *x), *y = sga_take(&mem, ((size_t)c + 1) * sizeof *y), least = INFINITY;
+    for (int k = 0; k < c; k++)
+        x[k] = 1;
+    for (int turn = 0; turn < EIGEN_TURNS; turn++) {
+        double most = 0, size = 0;
+        times(of, x, y);
+        for (int k = 0; k < c; k++) {
+            most = fmax(most, y[k] / x[k]);
+            size = fmax(size, y[k]);
+        }
+        least = fmin(least, most);
+        for (int k = 0; k < c && size > 0; k++)
+            x[k] = fmax(y[k] / size, 1e-6);
+    }
+    return least * (1 + 1e-9);
+}
+
+struct roundings { const struct lin_gram *g; const double *d, *terms; };
+
+/* P_ij = k_ij d_i d_j where L or its transpose has an entry, k_ij no fewer than the terms of the sum that makes it up. */
+static void times_roundings(const void *of, const double *x, double *y)
+{
+    const struct roundings *r = of;
+    const struct lin_gram *g = r->g;
+    const double *d = r->d, *terms = r->terms;
     for (int k = 0; k < g->c; k++)
         y[k] = terms[k] * d[k] * d[k] * x[k];
     for (int i = 0; i < g->c; i++)
@@ -85,35 +112,93 @@ static void times_roundings(const struct lin_gram *g, const double *d, const dou
         }
 }
 
-/* A bound of |E|: the largest eigenvalue of P is at most max_i (P x)_i / x_i for any x > 0 (Collatz), here after some steps towards its eigenvector. */
+/* A bound of |E| before there is a factor. */
 static double rounding_of(const struct work *w)
 {
     const struct lin_gram *g = &w->g;
     const struct lin_sparse *B = w->B;
     SGA_ARENA(mem);
     size_t c = (size_t)g->c + 1;
-    double *d = sga_zeros(&mem, c, sizeof *d), *terms = sga_take(&mem, c * sizeof *terms), *x = sga_take(&mem, c * sizeof *x), *y = sga_take(&mem, c * sizeof *y);
-    double least = INFINITY;
+    double *d = sga_zeros(&mem, c, sizeof *d), *terms = sga_take(&mem, c * sizeof *terms);
     for (int k = 0; k < g->c; k++) {
         int i = g->order[k];
         for (int e = B->ptr[i]; e < B->ptr[i + 1]; e++)
             d[k] += B->val[e] * B->val[e];
         d[k] = sqrt(d[k]);
         terms[k] = g->from[k + 1] - g->from[k] + g->left[k + 1] - g->left[k] + 8.0;
-        x[k] = 1;
     }
-    for (int turn = 0; turn < EIGEN_TURNS; turn++) {
-        double most = 0, size = 0;
-        times_roundings(g, d, terms, x, y);
-        for (int k = 0; k < g->c; k++) {
-            most = fmax(most, y[k] / x[k]);
-            size = fmax(size, y[k]);
+    return 4 * largest_of(g->c, times_roundings, &(struct roundings){ g, d, terms });       /* 4: products, their sum, the factor, and what is left of second order */
+}
+
+/* What L D L^T in doubles differs from B B^T - shift I by at most, in rounding units: by entry of L, and on the diagonal. */
+struct running { const struct lin_gram *g; double *L, *d; };
+
+static void times_running(const void *of, const double *x, double *y)
+{
+    const struct running *r = of;
+    for (int k = 0; k < r->g->c; k++)
+        y[k] = r->d[k] * x[k];
+    for (int i = 0; i < r->g->c; i++)
+        for (int q = r->g->column[i]; q < r->g->column[i + 1]; q++) {
+            y[i] += r->L[q] * x[r->g->row[q]];
+            y[r->g->row[q]] += r->L[q] * x[i];
         }
-        least = fmin(least, most);
-        for (int k = 0; k < g->c && size > 0; k++)
-            x[k] = fmax(y[k] / size, 1e-6);
+}
+
+/* The factor once more, each operation with its rounding (a running error analysis: Higham, Accuracy and Stability of Numerical Algorithms,
+ * 3.3): of a product, and of the product L_kp D_p that stands for what was divided, one unit each, of a sum or a difference one of what it is. */
+static bool factor_running(const struct lin_gram *g, const struct lin_sparse *B, double shift, struct running *r)
+{
+    SGA_ARENA(mem);
+    size_t c = (size_t)g->c + 1;
+    double *L = sga_take(&mem, ((size_t)g->column[g->c] + 1) * sizeof *L), *D = sga_take(&mem, c * sizeof *D);
+    double *y = sga_zeros(&mem, c, sizeof *y), *e = sga_zeros(&mem, c, sizeof *e);
+    bool positive = true;
+    for (int k = 0; k < g->c && positive; k++) {
+        for (int p = g->from[k]; p < g->from[k + 1]; p++) {
+            int j = g->product[p].j;
+            double product = B->val[g->product[p].a] * B->val[g->product[p].b];
+            y[j] += product;
+            e[j] += fabs(product) + fabs(y[j]);
+        }
+        double d = y[k] - shift, error = e[k] + fabs(d);
+        y[k] = e[k] = 0;
+        for (int p = g->left[k]; p < g->left[k + 1]; p++) {
+            int i = g->at[p], end = g->place[p];
+            double yi = y[i];
+            r->L[end] = e[i] + fabs(yi);
+            y[i] = e[i] = 0;
+            for (int q = g->column[i]; q < end; q++) {
+                double product = L[q] * yi;
+                int j = g->row[q];
+                y[j] -= product;
+                e[j] += 2 * fabs(product) + fabs(y[j]);
+            }
+            L[end] = yi / D[i];
+            double product = L[end] * yi;
+            d -= product;
+            error += 2 * fabs(product) + fabs(d);
+        }
+        D[k] = d;
+        r->d[k] = error;
+        positive = d > 0 && d * 0 == 0 && (k % 64 || sga_watch_ok());
     }
-    return 4 * least * (1 + 1e-9);       /* 4: products, their sum, the factor, and what is left of second order */
+    return positive;
+}
+
+/* The bound with the roundings that there were, where those that there may be are too many. */
+static double running_bound(struct work *w)
+{
+    SGA_ARENA(mem);
+    const struct lin_gram *g = &w->g;
+    struct running r = { g, sga_take(&mem, ((size_t)g->column[g->c] + 1) * sizeof(double)), sga_take(&mem, ((size_t)g->c + 1) * sizeof(double)) };
+    for (double shift = w->guess / 4; shift > w->guess / 64 && sga_budget_ok(w->budget, NULL); shift /= 4) {
+        if (!factor_running(g, w->B, shift, &r))
+            continue;
+        double error = 1.01 * DBL_EPSILON / 2 * largest_of(g->c, times_running, &r);      /* 1.01: roundings of these sums, and of second order */
+        return error < shift / 2 ? sqrt(shift - error) * (1 - 0x1p-40) : 0;
+    }
+    return 0;
 }
 
 double num_least_singular(const struct lin_sparse *B, const struct sga_budget *budget)
@@ -124,6 +209,8 @@ double num_least_singular(const struct lin_sparse *B, const struct sga_budget *b
     SGA_FREED double *v = w.v = sga_malloc(((size_t)B->rows + 1) * sizeof *v);
     w.rounding = rounding_of(&w);
     double least = double_bound(&w, DBL_EPSILON);
+    if (least <= 0 && w.guess > 0)
+        least = running_bound(&w);
     if (least <= 0)
         least = dd_bound(&w, NUM_DD_EPSILON);
     lin_gram_clear(&w.g);

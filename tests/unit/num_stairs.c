@@ -161,11 +161,37 @@ static void nearly_dependent(void)
     lin_sparse_free(J);
 }
 
+/* One row nearly the sum of two others, nearer and nearer: in doubles by the roundings that may be, by those that were, and in double-doubles. */
+static void nearer(void)
+{
+    enum { M = 24, W = 30 };
+    for (int run = 0; run < 40; run++) {
+        double size = pow(10, -run / 4.0), a[M][W], b[N] = { 0 }, x[N];
+        int row[M * W], col[M * W], place[M * W];
+        for (int i = 0; i < M; i++)
+            for (int j = 0; j < W; j++)
+                a[i][j] = uniform();
+        for (int j = 0; j < W; j++)
+            a[M - 1][j] = a[0][j] + a[1][j] + size * uniform();
+        for (int e = 0; e < M * W; e++) {
+            row[e] = e / W;
+            col[e] = e % W;
+        }
+        struct lin_sparse *J = lin_sparse_from_entries(M, W, M * W, row, col, place);
+        for (int e = 0; e < M * W; e++)
+            J->val[place[e]] = a[e / W][e % W];
+        double least = least_of(J, b, x), bound = num_least_singular(J, NULL);
+        CHECK(bound <= least * (1 + 1e-6) + 1e-14 && bound > 0.1 * least, "beside by %g: bound %g, least %g", size, bound, least);
+        lin_sparse_free(J);
+    }
+}
+
 int main(void)
 {
     state = check_seed(17);
     random_runs(check_scale(300));
     refusals();
     nearly_dependent();
+    nearer();
     return CHECK_END();
 }
