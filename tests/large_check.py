@@ -221,8 +221,8 @@ def kroneckers(tally, solver):
 
 def many_generations(tally, solver):
     """Index n: a generation for each constraint."""
-    for n in (100, 300):
-        loop = {"for": "i = 1:n-1", "equation": "x[i]' = x[i+1] - x[i]"}
+    for n, right in ((100, "x[i+1] - x[i]"), (400, "x[i+1] - x[i]"), (30, "x[i+1]*x[1] - x[i]"), (14, "x[i+1] - sin(x[i])")):
+        loop = {"for": "i = 1:n-1", "equation": f"x[i]' = {right}"}
         system = {"form": "equations", "sizes": {"n": n}, "variables": ["x[1:n]"], "equations": [loop, "x[1] = 1"]}
         answer, problem = solver.solve({"system": system, "want": ["index"], "limits": {"generations": 1000}})
         if tally.check(answer, f"index {n}", problem):

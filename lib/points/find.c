@@ -23,7 +23,7 @@
 #include "sides.h"
 #include "triangular.h"
 
-enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 64, BRANCH_STARTS = 3, FEW = 40, MANY = 500, FOLLOWED = 4 };
+enum { STARTS = 24, POSITIVE_STARTS = 10, STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20, NEWTON_BITS = 64, BRANCH_STARTS = 3, FEW_STAGES = 12, FEW = 40, MANY = 500, FOLLOWED = 4 };
 /* Of the starts: those whose values may leave the range of doubles where constraints are solved one after the other. */
 enum { LAST_STARTS = 2 };
 /* How much nearer to the guess the next start is, where one led over a change of branch. */
@@ -476,14 +476,16 @@ enum points_status points_find(const struct points_space *s, double spread, uint
     return find(s, spread, random, prec, false, &outside, p);
 }
 
-enum points_status points_find_staged(const struct points_space *s, const int *end, int stages,
-                                      double spread, uint64_t *random, slong prec, struct points_point *p)
+/* Through `most` of the stages at the most, each as many of them as the others. */
+static enum points_status through_stages(const struct points_space *s, const int *end, int stages, int most, double spread, uint64_t *random, slong prec,
+                                         struct points_point *p)
 {
     struct points_space part = *s;
     struct points_point before = { 0 };
     enum points_status status = POINTS_OK;
     *p = (struct points_point){ 0 };
-    for (int k = 0; k < stages && status == POINTS_OK; k++) {
+    for (int turn = 0, turns = stages < most ? stages : most; turn < turns && status == POINTS_OK; turn++) {
+        int k = (int)((turn + 1) * (long)stages / turns) - 1;
         assert(end[k] >= (k ? end[k - 1] : 0) && end[k] <= s->constraints);
         part.constraints = end[k];
         part.end = end;
@@ -499,6 +501,17 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
         }
     }
     points_point_clear(&before);
+    return status;
+}
+
+enum points_status points_find_staged(const struct points_space *s, const int *end, int stages,
+                                      double spread, uint64_t *random, slong prec, struct points_point *p)
+{
+    enum points_status status = through_stages(s, end, stages, FEW_STAGES, spread, random, prec, p);
+    if (stages > FEW_STAGES && status != POINTS_OK && status != POINTS_STOPPED) {      /* one after the other costs as many solutions as there are */
+        points_point_clear(p);
+        status = through_stages(s, end, stages, stages, spread, random, prec, p);
+    }
     /* a first stage may lead to where the later ones cannot follow */
     if (!stages || (status != POINTS_OK && status != POINTS_STOPPED && !(s->starts && stages == 1))) {
         points_point_clear(p);
