@@ -62,6 +62,9 @@ void exact_echelon_clear(struct exact_echelon *e);
 bool exact_echelon_add(struct exact_echelon *e, const struct exact_row *const *row, int rows,
                        const struct sga_budget *budget, struct sga_error *err);
 
+/* Takes back what was added since there were so many given rows. */
+void exact_echelon_cut(struct exact_echelon *e, int givens);
+
 enum exact_found { EXACT_YES, EXACT_NO, EXACT_STOPPED };
 
 /* den * b = sum over the pivots of factor * row: in every column, or (whole is false) in the pivots' columns. */

@@ -41,6 +41,18 @@ void exact_echelon_clear(struct exact_echelon *e)
     *e = (struct exact_echelon){ 0 };
 }
 
+void exact_echelon_cut(struct exact_echelon *e, int givens)
+{
+    assert(givens >= 0 && givens <= e->givens);
+    while (e->pivots && e->pivot[e->pivots - 1].row >= givens) {      /* later rows have later pivots */
+        struct exact_pivot *p = e->pivot + --e->pivots;
+        e->pivot_of[p->col] = -1;
+        free(p->entry);
+        free(p->op);
+    }
+    e->givens = givens;
+}
+
 /* A row on its way through the elimination. */
 struct moving {
     struct exact_entry *entry; int entries; size_t cap;

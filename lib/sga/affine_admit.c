@@ -239,47 +239,57 @@ static int admit_one(struct affine_run *r, struct affine_candidate *c, int befor
     return added;
 }
 
-/* Many candidates: which are independent is found for all of them at once. Those that are come first in `c`. */
-static bool independent_first(struct affine_run *r, struct affine_candidate *c, int count, int *independent)
+/* Many candidates: which are independent is found for all of them at once, with pivots chosen for all together: the set has them afterwards, as
+ * `linear`. Those that are come first in `c`. */
+static bool independent_first(struct affine_run *r, struct affine_candidate *c, int count, struct exact_row *linear, int *independent)
 {
-    SGA_ENDS(exact_echelon_clear) struct exact_echelon trial;
     SGA_ARENA(mem);
-    struct exact_row *linear = sga_zeros(&mem, (size_t)(r->constraints + count) + 1, sizeof *linear);
-    const struct exact_row **row = sga_take(&mem, ((size_t)(r->constraints + count) + 1) * sizeof *row);
-    for (int i = 0; i < r->constraints; i++)
-        row[i] = &r->constraint[i]->tangency.a;
+    const struct exact_row **row = sga_take(&mem, ((size_t)count + 1) * sizeof *row);
+    int first = r->constraints;
+    assert(r->many && r->set.givens == first);
     for (int i = 0; i < count; i++) {
         primitive(c + i);
         exact_row_copy(&c[i].function, r->a->n, linear + i);
-        row[r->constraints + i] = linear + i;
+        row[i] = linear + i;
     }
-    exact_echelon_init(&trial, r->a->n, 0);
-    bool ok = exact_echelon_add(&trial, row, r->constraints, r->s->options->budget, r->s->err)
-              && exact_echelon_add(&trial, row + r->constraints, count, r->s->options->budget, r->s->err);
+    bool ok = exact_echelon_add(&r->set, row, count, r->s->options->budget, r->s->err);
     struct affine_candidate *sorted = sga_take(&mem, ((size_t)count + 1) * sizeof *sorted);
     int n = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < count && ok; i++)
-            if ((trial.pivot_of_row[r->constraints + i] < 0) == pass)
+            if ((r->set.pivot_of_row[first + i] < 0) == pass)
                 sorted[n++] = c[i];
         *independent = pass ? *independent : n;
     }
     if (ok)
         memcpy(c, sorted, (size_t)count * sizeof *c);
-    for (int i = 0; i < count; i++)
-        exact_row_clear(linear + i);
     return ok;
 }
 
-/* Those that were found independent, with pivots chosen for all of them together. */
-static int admit_together(struct affine_run *r, struct affine_candidate *c, int count, int g)
+static bool same_row(const struct exact_row *a, const struct exact_row *b)
+{
+    bool same = a->entries == b->entries;
+    for (int k = 0; k < a->entries && same; k++)
+        same = a->col[k] == b->col[k] && fmpz_equal(a->value + k, b->value + k);
+    return same;
+}
+
+/* Those that were found independent become constraints. linear: the rows that the set has for all candidates; where these are not the rows of the
+ * constraints (some were dependent, or have fractions of time), they leave it. */
+static int admit_together(struct affine_run *r, struct affine_candidate *c, int count, int g, const struct exact_row *linear)
 {
     SGA_FREED const struct exact_row **row = sga_malloc(((size_t)count + 1) * sizeof *row);
     int first = r->constraints, added = -1;
-    assert(r->many && r->set.givens == first);
-    for (int i = 0; i < count; i++)
+    bool same = r->set.givens == first + count;
+    for (int i = 0; i < count; i++) {
         row[i] = &keep(r, c + i, g)->tangency.a;
-    if (exact_echelon_add(&r->set, row, count, r->s->options->budget, r->s->err))
+        same = same && same_row(row[i], linear + i);
+    }
+    for (int i = 0; i < count && same; i++)
+        r->set.given[first + i] = row[i];
+    if (!same)
+        exact_echelon_cut(&r->set, first);
+    if (same || exact_echelon_add(&r->set, row, count, r->s->options->budget, r->s->err))
         added = count;
     for (int i = first; i < r->constraints && added >= 0; i++)
         r->bad_prime |= r->set.pivot_of_row[i] < 0;
@@ -307,9 +317,15 @@ int affine_admit(struct affine_run *r, struct affine_candidate *c, int count, in
     int together = 0, sum = 0;
     int before = r->constraints ? r->s->sol->constraint[r->constraints - 1].generation : 0;
     if (r->constraints + count > ONE_BY_ONE) {
-        if (!become_many(r) || !independent_first(r, c, count, &together))
+        if (!become_many(r))
             return -1;
-        sum = admit_together(r, c, together, g);
+        SGA_FREED struct exact_row *linear = sga_calloc((size_t)count + 1, sizeof *linear);
+        bool ok = independent_first(r, c, count, linear, &together);
+        sum = ok ? admit_together(r, c, together, g, linear) : -1;
+        for (int i = 0; i < count; i++)
+            exact_row_clear(linear + i);
+        if (!ok)
+            return -1;
     }
     for (int i = together; i < count && sum >= 0 && !r->s->inconsistent; i++) {
         int added = admit_one(r, c + i, before, g);
