@@ -471,7 +471,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res)
     m.dense_ratio = 1;
     m.direction = m.stop < m.t ? -1 : 1;
     m.last_times[0] = m.last_times[1] = m.t;
-    res->end = (struct ode_end){ODE_NONE, m.stop, -1, ""};
+    res->end = (struct ode_end){ .reason = ODE_NONE, .t = m.stop, .variable = -1 };
     march_alloc(&m);
     ode_watch_begin(&m);
     ode_kinks_begin(&m);

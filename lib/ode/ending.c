@@ -34,6 +34,17 @@ static const char *const whats[] = {
 const char *ode_reason_text(enum ode_reason r) { return texts[r]; }
 const char *ode_reason_what(enum ode_reason r) { return whats[r]; }
 
+double ode_end_error(double apart, double rtol, double way)
+{
+    static const double ALLOWANCE = 10, LEAST = 0.1;
+    return ALLOWANCE * apart + LEAST * rtol * fabs(way);
+}
+
+bool ode_reason_placed(enum ode_reason r)
+{
+    return r != ODE_NONE && r != ODE_STEP_LIMIT && r != ODE_TIME_LIMIT && r != ODE_CANCELLED;
+}
+
 double ode_largest(const struct ode_march *m, const double *v, int *which)
 {
     double most = 0;

@@ -154,6 +154,18 @@ static void event_errors(const struct ode_run *run, double factor, struct ode_re
     }
 }
 
+/* Of the time at which it ends. An event's is known better than by the difference. */
+static double end_error(const struct ode_run *run, const struct ode_result *res, const struct ode_result *other)
+{
+    if (res->end.reason == ODE_EVENT) {
+        double e = res->happened ? res->happening[res->happened - 1].error : INFINITY;
+        return isfinite(e) ? e : 0;
+    }
+    if (!ode_reason_placed(res->end.reason) || !ode_reason_placed(other->end.reason))
+        return 0;
+    return ode_end_error(fabs(res->end.t - other->end.t), res->rtol, res->end.t - run->start->t) + 4 * DBL_EPSILON * fmax(fabs(res->end.t), res->stats.largest_step);
+}
+
 /* Fills error, max_error, worst. A difference can pass through 0 where the error does not:
  * each estimate is raised towards the largest of its neighbours', but not without bound,
  * because they may be far away. */
@@ -184,6 +196,7 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
         }
     }
     event_errors(run, factor, res, other, of);
+    res->end.error = end_error(run, res, other);
     if (known < res->count || !alike)
         res->worst = INFINITY;
     free(q.a);
@@ -298,6 +311,7 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
     struct ode_end end = res->end;     /* before it no sample is lost, and a tighter solution meets its roundings sooner: they say nothing of the end */
     bool sooner = tight.end.reason == ODE_CONSTRAINT_LOST && tight.count == res->count
                   && (end.t - tight.end.t) * (tight.end.t - run->start->t) > 0;
+    end.error = tight.end.error;
     replace(res, &tight);
     if (sooner)
         res->end = end;

@@ -125,6 +125,7 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     if (ok && late && !r->ended) {
         r->ended = true;
         r->ended_t = guide.ended_t;
+        r->ended_error = guide.ended_error;
         r->ended_reason = guide.ended_reason;
         memcpy(r->ended_detail, guide.ended_detail, sizeof r->ended_detail);
     }
@@ -184,6 +185,7 @@ static void choose(struct traj_result *r, struct traj_result *fine)
     if (other.ended != fine->ended || (other.ended && strcmp(other.ended_reason, fine->ended_reason) != 0)) {
         r->ended = other.ended;
         r->ended_t = other.ended_t;
+        r->ended_error = other.ended_error;
         r->ended_reason = other.ended_reason;
         memcpy(r->ended_detail, other.ended_detail, sizeof r->ended_detail);
     }

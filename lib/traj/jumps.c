@@ -104,14 +104,21 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     return worst;
 }
 
-/* What is known of an accumulation's time. */
-static void say_limit(struct jump_pass *p, const struct jump_pass *loose)
+static bool has_place(const struct traj_result *r)
+{
+    return r->ended && !jump_time_ended(r) && strcmp(r->ended_reason, ode_reason_text(ODE_STEP_LIMIT)) != 0;
+}
+
+/* What is known of the time of the end; of an accumulation its text says it too. */
+static void say_end(struct jump_pass *p, const struct jump_pass *loose, double rtol, double start)
 {
     struct traj_result *r = &p->r;
-    if (!r->ended || strcmp(r->ended_reason, "accumulation") != 0)
-        return;
-    bool both = loose->r.ended && strcmp(loose->r.ended_reason, "accumulation") == 0;
+    bool limit = r->ended && strcmp(r->ended_reason, "accumulation") == 0;
+    bool both = has_place(r) && has_place(&loose->r) && (!limit || strcmp(loose->r.ended_reason, "accumulation") == 0);
     double e = p->end_error + (both ? fabs(r->ended_t - loose->r.ended_t) : INFINITY);
+    r->ended_error = isfinite(e) ? (limit ? e : ode_end_error(e, rtol, r->ended_t - start)) + 4 * jump_epsilon(r) * fabs(r->ended_t) : 0;
+    if (!limit)
+        return;
     size_t end = strlen(r->ended_detail);
     if (isfinite(e))
         snprintf(r->ended_detail + end, sizeof r->ended_detail - end, " (the time is known to %.2g)", e);
@@ -205,7 +212,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
         if (late && (!p.r.ended || jump_time_ended(&p.r)))
             jump_end_at_rows(&p, rq, p.r.ended ? p.r.ended_detail : loose.r.ended_detail);
         worst = compare(&p, &loose, rq);
-        say_limit(&p, &loose);
+        say_end(&p, &loose, rq->rtol / tighter, rq->start);
         jump_pass_clear(&loose);
         if (worst <= 1 || late || k + 1 >= (p.fine ? FINE_PASSES : MOST_PASSES) || (isfinite(before) && worst > 0.5 * before))
             break;

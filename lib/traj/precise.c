@@ -39,6 +39,7 @@ struct outcome {
     int columns;
     num_dd *value;             /* rows x columns */
     double *column_error, *error, worst;
+    double end_error;          /* of path.t; 0: not known */
 };
 
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why)
@@ -101,7 +102,7 @@ static double raw_error(const struct outcome *a, const struct outcome *b, double
 }
 
 /* a's errors by its difference to b. Differences can pass through 0: see lib/ode/global.c. */
-static void set_errors(const struct precise *p, struct outcome *a, const struct outcome *b, double factor)
+static void set_errors(const struct precise *p, struct outcome *a, const struct outcome *b, double factor, double rtol)
 {
     int rows = a->path.count, cols = a->columns;
     free(a->column_error);
@@ -125,6 +126,8 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
     }
     free(row);
     a->worst = fmax(a->worst, precise_event_errors(p, &a->path, &b->path, factor));
+    bool placed = ode_reason_placed(a->path.reason) && ode_reason_placed(b->path.reason);
+    a->end_error = placed ? ode_end_error(fabs(a->path.t - b->path.t), rtol, a->path.t - p->rq->start) + 2 * DBL_EPSILON * fabs(a->path.t) : 0;
 }
 
 /* One solution is all there is. */
@@ -184,7 +187,7 @@ static const char *keep_rows(struct precise *p, double rtol, double atol, struct
     p->rq = all;
     if (tight.path.reason == ODE_NONE || tight.path.reason == ODE_TIME_LIMIT)
         end_at_rows(p, &tight, o, o->path.detail);
-    set_errors(p, &tight, o, ALLOWANCE);
+    set_errors(p, &tight, o, ALLOWANCE, rtol / LOOSER);
     clear(o);
     *o = tight;
     return o->worst <= 1 ? NULL : rows_shortfall;
@@ -223,10 +226,10 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
         }
         if (rows_are_kept(p->rq) && next.path.reason == ODE_TIME_LIMIT)
             end_at_rows(p, &next, o, next.path.detail);
-        set_errors(p, &next, o, ALLOWANCE);
+        set_errors(p, &next, o, ALLOWANCE, rtol);
         apart = next.worst;         /* what falls where tolerances still count: the estimate may have another factor than the one before */
         if (ratio > LOOSER && next.worst < 0.3 * before)
-            set_errors(p, &next, o, fmin(ALLOWANCE, SURE / ratio));
+            set_errors(p, &next, o, fmin(ALLOWANCE, SURE / ratio), rtol);
         clear(o);
         *o = next;
         if (o->worst <= 1)
@@ -277,6 +280,7 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     r->residual = o->path.residual;
     r->ended = o->path.reason != ODE_NONE;
     r->ended_t = o->path.t;
+    r->ended_error = o->end_error;
     r->ended_reason = ode_reason_text(o->path.reason);
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o->path.detail);
     add_counts(&o->path, r);

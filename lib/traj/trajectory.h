@@ -233,7 +233,7 @@ struct traj_result {
     const char *method;
     bool inputs_examined;     /* functions of time were searched for narrow features everywhere (inputs.h), or there are none */
     bool ended;               /* before the last time */
-    double ended_t;
+    double ended_t, ended_error;   /* the error is estimated; 0: not known */
     const char *ended_reason;
     char ended_detail[256];
     const char *gauge;        /* how the motion was chosen, see traj_gauge_text; static */

@@ -3,6 +3,7 @@
  * whatever the numbers did near there, the end that is given is that time. */
 #include "run_job.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -65,6 +66,7 @@ static void say(const struct job *j, const struct op_singular *s, struct traj_re
     op_text_polynomial(&root, s->polynomial, time);
     r->ended = true;
     r->ended_t = s->t;
+    r->ended_error = DBL_EPSILON * fabs(s->t) + DBL_MIN;       /* a root that is known exactly */
     r->ended_reason = "singular_time";
     if (s->lost == OP_COEFFICIENT)
         snprintf(r->ended_detail, sizeof r->ended_detail, "%s = %.17g, a root of %.100s, is a pole of the coefficients (order %d): "
@@ -110,6 +112,7 @@ static bool look_ahead(const struct job *j, const struct sga_solution *solution,
     if (ahead.ended && (ahead.ended_event >= 0 || fabs(ahead.ended_t - s->t) > near)) {
         result->ended = true;
         result->ended_t = ahead.ended_t;
+        result->ended_error = ahead.ended_error;
         result->ended_reason = ahead.ended_reason;
         memcpy(result->ended_detail, ahead.ended_detail, sizeof result->ended_detail);
     } else {

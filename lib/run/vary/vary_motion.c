@@ -105,6 +105,7 @@ static void keep_common(struct traj_result *r, const struct traj_result *other)
     r->rows = other->rows;
     r->ended = other->ended;
     r->ended_t = other->ended_t;
+    r->ended_error = other->ended_error;
     r->ended_reason = other->ended_reason;
     memcpy(r->ended_detail, other->ended_detail, sizeof r->ended_detail);
 }

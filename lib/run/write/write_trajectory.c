@@ -1,5 +1,6 @@
 /* The trajectory's part of the result. */
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 #include "buf.h"
@@ -305,6 +306,7 @@ bool answer_write_motion(struct job *j, struct sga_json *w)
     if (r->ended) {
         sga_json_object(w);
         sga_json_member_double(w, "t", r->ended_t);
+        sga_json_member_double(w, "error", r->ended_error > 0 ? r->ended_error : NAN);
         sga_json_member_string(w, "reason", r->ended_reason);
         if (r->ended_event >= 0)
             sga_json_member_string(w, "name", j->request->trajectory.event[r->ended_event].name);
