@@ -223,8 +223,9 @@ static void put_table(struct sga_buf *out, struct slice t)
         sga_buf_printf(out, "  (%d of %d columns; --json shows all)\n", SHOWN_COLUMNS, n);
     if (ended.at && *ended.at == '{') {
         put_value(out, "ended at ", scan_member(ended, "t"), "");
-        if (isfinite(scan_number(scan_member(ended, "error"), NAN)))
-            put_value(out, " (error ", scan_member(ended, "error"), ")");
+        double error = scan_number(scan_member(ended, "error"), NAN);
+        if (isfinite(error))
+            sga_buf_printf(out, " (error %.2g)", error);
         put_value(out, ": ", scan_member(ended, "reason"), "");
         put_value(out, ". ", scan_member(ended, "detail"), "\n");
     }

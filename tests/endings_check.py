@@ -73,7 +73,8 @@ def same(first, second, rtol):
         if not one["ended"] or not two["ended"] or one["ended"]["reason"] != two["ended"]["reason"]:
             return f"the ending: {one['ended']}, {two['ended']}"
         apart, size = abs(one["ended"]["t"] - two["ended"]["t"]), max(abs(one["ended"]["t"]), 1e-3)
-        return None if apart <= TIME * rtol * size else f"its time: {one['ended']}, {two['ended']}"
+        known = sum(e["ended"]["error"] or 0 for e in (one, two))
+        return None if apart <= max(TIME * rtol * size, known) else f"its time: {one['ended']}, {two['ended']}"
     for name, v, w, e, f in zip(one["columns"][1:], one["rows"][-1][1:], two["rows"][-1][1:], one["column_errors"], two["column_errors"]):
         if a["verdict"] == "unique" and abs(v - w) > 3 * (e + f) + 1e-12 * (1 + abs(v)):
             return f"{name}: {v}, {w}, estimated {e}, {f}"

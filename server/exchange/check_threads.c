@@ -20,6 +20,8 @@
 enum { THREADS = 2, MOST = 64, MOST_OF_ONE = 48, TRIES = 2 };
 /* The library ends by itself after about a second; what comes before, taking JSON apart, costs 0.03 for a MiB where a processor is free. */
 static const double SECONDS = 10, SECONDS_PER_MIB = 1, LOOK = 0.1;
+/* Of a request as the child writes it: as much as a result may have. */
+static const size_t LONGEST = 1 << 30;
 
 struct checker {
     struct check_threads *all;
@@ -104,7 +106,7 @@ static enum received listen_to(struct checker *c, const struct exchange *e, stru
     double until = sga_now() + patience(e);
     enum received r;
     do
-        r = child_receive_until(in, c->child.fd, SIZE_MAX / 2, sga_now() + LOOK);
+        r = child_receive_until(in, c->child.fd, LONGEST, sga_now() + LOOK);
     while (r == RECEIVED_PART && sga_now() < until && !closing(c->all));
     return r;
 }
