@@ -1,6 +1,5 @@
 /* Looking for damage. */
 #include "state_files.h"
-#include "digest.h"
 #include "store_pieces.h"
 
 #include <errno.h>
@@ -57,33 +56,13 @@ static bool pages_sound(sqlite3 *db, const char *name, bool quiet)
     return ok;
 }
 
-static bool add_piece(void *ctx, const void *piece, size_t length)
-{
-    digest_add(ctx, piece, length);
-    return true;
-}
-
-/* Is the text of this row (id, text, sum) what was written? pieces: for what is not in the row, or NULL. */
-static bool genuine(sqlite3_stmt *s, sqlite3_stmt *pieces)
-{
-    unsigned char sum[DIGEST_BYTES];
-    struct digest_run d;
-    const char *id = (const char *)sqlite3_column_text(s, 0);
-    const void *text = sqlite3_column_blob(s, 1), *kept = sqlite3_column_blob(s, 2);
-    digest_begin(&d, id ? id : "");
-    digest_add(&d, text, (size_t)sqlite3_column_bytes(s, 1));
-    bool whole = !pieces || store_pieces_each(pieces, id ? id : "", add_piece, &d);
-    digest_end(&d, sum);
-    return whole && kept && sqlite3_column_bytes(s, 2) == sizeof sum && memcmp(kept, sum, sizeof sum) == 0;
-}
-
 static bool texts_sound(sqlite3 *db, const char *name, const char *sql, bool quiet)
 {
     sqlite3_stmt *s = NULL, *pieces = NULL;
     int faults = 0, rc = sqlite3_prepare_v2(db, sql, -1, &s, NULL);
     sqlite3_prepare_v2(db, STORE_PIECES, -1, &pieces, NULL);       /* a file of requests has none, nor has an older one of results */
     while (rc == SQLITE_OK && faults < FAULTS && sqlite3_step(s) == SQLITE_ROW)
-        if (!genuine(s, pieces) && ++faults && !quiet)
+        if (!store_pieces_genuine(s, pieces) && ++faults && !quiet)
             printf("%s: the text of job %.40s is not what was written\n", name, sqlite3_column_text(s, 0));
     if (rc != SQLITE_OK && !quiet)
         printf("%s: %s\n", name, sqlite3_errmsg(db));

@@ -29,17 +29,48 @@ static int64_t bytes_of_results(const struct store_op *ops)
     return bytes;
 }
 
-static bool put_one(struct lite *st, const struct store_op *op)
+/* Does the result of a later run stand there? One whose row was damaged, its epoch too perhaps, gives way: who reads it would have the job run
+ * again and again. */
+static bool stands(struct lite *st, const char *id)
 {
-    assert(is_result(op) && op->row.status == JOB_DONE);
+    sqlite3_stmt *row = NULL, *pieces = NULL, *gone = NULL;
+    bool ok = sqlite3_prepare_v2(st->cache, "SELECT id, result, sum FROM results WHERE id=?1", -1, &row, NULL) == SQLITE_OK
+        && sqlite3_prepare_v2(st->cache, STORE_PIECES, -1, &pieces, NULL) == SQLITE_OK
+        && sqlite3_prepare_v2(st->cache, "DELETE FROM results WHERE id=?1", -1, &gone, NULL) == SQLITE_OK
+        && sqlite3_bind_text(row, 1, id, -1, SQLITE_STATIC) == SQLITE_OK && sqlite3_step(row) == SQLITE_ROW && store_pieces_genuine(row, pieces);
+    sqlite3_finalize(row);
+    sqlite3_finalize(pieces);
+    if (!ok && gone) {
+        store_bind_text(gone, 1, id);
+        store_step(gone);
+    }
+    sqlite3_finalize(gone);
+    return ok;
+}
+
+static bool put_row(struct lite *st, const struct store_op *op)
+{
     struct slice first = store_pieces_first(op->text);
     store_bind_text(st->put, 1, op->row.id);
     sqlite3_bind_int64(st->put, 2, op->row.finished);
     sqlite3_bind_blob64(st->put, 3, first.at, first.len, SQLITE_STATIC);
     store_bind_sum(st->put, 4, op->row.id, op->text);
     sqlite3_bind_int64(st->put, 5, op->row.epoch);
-    /* Where a later run's result stands, it stays. */
-    return store_step(st->put) && (sqlite3_changes(st->cache) == 0 || store_pieces_put(st->cache, op->row.id, op->text));
+    return store_step(st->put);
+}
+
+static bool put_one(struct lite *st, const struct store_op *op)
+{
+    assert(is_result(op) && op->row.status == JOB_DONE);
+    if (!put_row(st, op))
+        return false;
+    bool kept = sqlite3_changes(st->cache) > 0;
+    if (!kept && !stands(st, op->row.id)) {
+        if (!put_row(st, op))
+            return false;
+        kept = sqlite3_changes(st->cache) > 0;
+    }
+    return !kept || store_pieces_put(st->cache, op->row.id, op->text);
 }
 
 /* In one transaction. *begun: the file was to be had at all. */

@@ -1,8 +1,11 @@
 /* Long results: the first piece stands in its row of results, where the verdict is read, the others in a table of their own, so that
  * neither who writes one nor who reads one has all of it in memory. Triggers keep both together, whoever deletes or replaces. */
 #include "store_pieces.h"
+#include "digest.h"
 #include "spool.h"
 #include "store_parts.h"
+
+#include <string.h>
 
 enum { PIECE = 256 << 10 };
 
@@ -53,4 +56,23 @@ bool store_pieces_each(sqlite3_stmt *s, const char *id, bool (*each)(void *ctx, 
         ok = each(ctx, sqlite3_column_blob(s, 0), (size_t)sqlite3_column_bytes(s, 0));
     sqlite3_reset(s);
     return ok && rc == SQLITE_DONE;
+}
+
+static bool add_piece(void *ctx, const void *piece, size_t length)
+{
+    digest_add(ctx, piece, length);
+    return true;
+}
+
+bool store_pieces_genuine(sqlite3_stmt *row, sqlite3_stmt *pieces)
+{
+    unsigned char sum[DIGEST_BYTES];
+    struct digest_run d;
+    const char *id = (const char *)sqlite3_column_text(row, 0);
+    const void *text = sqlite3_column_blob(row, 1), *kept = sqlite3_column_blob(row, 2);
+    digest_begin(&d, id ? id : "");
+    digest_add(&d, text, (size_t)sqlite3_column_bytes(row, 1));
+    bool whole = !pieces || store_pieces_each(pieces, id ? id : "", add_piece, &d);
+    digest_end(&d, sum);
+    return whole && kept && sqlite3_column_bytes(row, 2) == sizeof sum && memcmp(kept, sum, sizeof sum) == 0;
 }

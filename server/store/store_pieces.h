@@ -16,8 +16,10 @@ struct slice store_pieces_first(struct slice text);
 bool store_pieces_put(sqlite3 *db, const char *id, struct slice text);
 /* SQL: the bytes of a result that are not in its row. */
 #define STORE_PIECES_BYTES(id) "(SELECT coalesce(sum(length(piece)), 0) FROM pieces WHERE pieces.id = " id ")"
-/* The pieces that are not in its row, in their order, by a statement prepared from STORE_PIECES. False: one was not taken, or not read. */
+/* Is the text of this row (id, text, sum) what was written? pieces: prepared from STORE_PIECES, for what is not in the row, or NULL. */
 #define STORE_PIECES "SELECT piece FROM pieces WHERE id = ?1 ORDER BY n"
+bool store_pieces_genuine(sqlite3_stmt *row, sqlite3_stmt *pieces);
+/* The pieces that are not in the row, in their order. False: one was not taken, or not read. */
 bool store_pieces_each(sqlite3_stmt *s, const char *id, bool (*each)(void *ctx, const void *piece, size_t length), void *ctx);
 
 #endif

@@ -98,6 +98,13 @@ def flipped(build, c):
                 again(d, c, jobs, f"changed {kind} of results, {'running' if running else 'stopped'}")
                 again(d, c, jobs, f"after changed {kind} of results, {'running' if running else 'stopped'}")
         c.status(d.get("/readyz"), 200, "ready")
+        if d.shares():
+            return
+        with sqlite3.connect(path(d, "cache.db")) as db:        # what tells which run it was, and the text
+            db.execute("UPDATE results SET epoch = 1 << 60, result = replace(result, 'unique', 'uniqve')")
+        db.close()
+        again(d, c, jobs, "results and their epochs changed")
+        again(d, c, jobs, "after results and their epochs changed")
 
 
 def damaged(build, c):
