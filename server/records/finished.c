@@ -16,6 +16,7 @@ static bool make_room(struct finished *f, char **text, size_t length, size_t bef
     f->block = around ? spool_resize(*text, length + 1) : spool_new(before + length + 1);
     if (!f->block)
         return false;
+    spool_settle(f->block);
     f->text = around ? f->block - before : f->block;
     if (!around && *text) {
         memcpy(f->text + before, *text, length);

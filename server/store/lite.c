@@ -191,7 +191,7 @@ static void lite_close(struct store *face)
     store_writer_stop(&st->queue_writer);
     store_readers_close(st);
     sqlite3_stmt *const statements[] = { st->known, st->insert, st->started, st->release, st->end, st->ended, st->join, st->note, st->withdraw, st->forget,
-                                         st->prune_age, st->prune_count, st->prune_bytes, st->put };
+                                         st->prune_age, st->prune_count, st->prune_bytes, st->make_way, st->put };
     for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
         sqlite3_finalize(statements[i]);
     sqlite3_close(st->cache);

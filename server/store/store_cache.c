@@ -48,9 +48,15 @@ static bool stands(struct lite *st, const char *id)
     return ok;
 }
 
+/* A row that is there goes, and is not changed: so its entries in the indices are written too, which may be damaged on the disk while the
+ * writer has them as they were; readers, which do not find it by them, would have the job run again and again. */
 static bool put_row(struct lite *st, const struct store_op *op)
 {
     struct slice first = store_pieces_first(op->text);
+    store_bind_text(st->make_way, 1, op->row.id);
+    sqlite3_bind_int64(st->make_way, 2, op->row.epoch);
+    if (!store_step(st->make_way))
+        return false;
     store_bind_text(st->put, 1, op->row.id);
     sqlite3_bind_int64(st->put, 2, op->row.finished);
     sqlite3_bind_blob64(st->put, 3, first.at, first.len, SQLITE_STATIC);
@@ -95,15 +101,17 @@ static bool prepare_put(struct lite *st, char *why, size_t size)
 {
     snprintf(why, size, "a table is missing");
     return store_evict_prepare(st) && store_pieces_prepare(st->cache)
+        && (st->make_way = store_file_prepare(st->cache, "DELETE FROM results WHERE id=?1 AND epoch <= ?2", why, size))
         && (st->put = store_file_prepare(st->cache, "INSERT INTO results(id, made, result, sum, epoch) VALUES(?1, ?2, ?3, ?4, ?5)"
-                                                      " ON CONFLICT(id) DO UPDATE SET made=?2, result=?3, sum=?4, epoch=?5 WHERE epoch <= ?5", why, size));
+                                                      " ON CONFLICT(id) DO NOTHING", why, size));
 }
 
 static bool fresh_cache(struct lite *st, char *why, size_t size)
 {
+    sqlite3_finalize(st->make_way);
     sqlite3_finalize(st->put);
     sqlite3_close(st->cache);
-    st->put = NULL;
+    st->make_way = st->put = NULL;
     return (st->cache = store_file_fresh(st->folder, FILE_CACHE, why, size)) && prepare_put(st, why, size);
 }
 

@@ -78,7 +78,7 @@ struct lite {
     /* Of the thread that writes the results. */
     struct store_writer cache_writer;
     sqlite3 *cache;
-    sqlite3_stmt *put;
+    sqlite3_stmt *make_way, *put;
     bool cache_full;             /* the latest write found no room on the disk */
 
     pthread_mutex_t read_lock;   /* guards busy */

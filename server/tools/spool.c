@@ -15,7 +15,8 @@
 
 struct block {
     size_t bytes;                /* of all, this struct too */
-    int fd;                      /* of the file; -1: in memory */
+    bool filed;                  /* mapped from a file; else in memory */
+    int fd;                      /* of the file; -1: it was closed */
     struct block *next;          /* among those with a file */
     char head[SPOOL_HEAD];
     char text[];
@@ -92,6 +93,7 @@ static struct block *in_file(size_t bytes)
     }
     struct block *b = at;
     b->bytes = bytes;
+    b->filed = true;
     b->fd = fd;
     enter(b);
     return b;
@@ -105,6 +107,7 @@ char *spool_new(size_t length)
     struct block *b = length >= SPOOL_LONG ? in_file(bytes) : NULL;
     if (!b && (b = malloc(bytes))) {
         b->bytes = bytes;
+        b->filed = false;
         b->fd = -1;
     }
     return b ? b->text : NULL;
@@ -113,13 +116,13 @@ char *spool_new(size_t length)
 /* One that stays where it is, in memory or in a file, or NULL. */
 static struct block *grown(struct block *b, size_t bytes)
 {
-    if (b->fd < 0) {
+    if (!b->filed) {
         struct block *more = realloc(b, bytes);
         if (more)
             more->bytes = bytes;
         return more;
     }
-    if (bytes > b->bytes && !reserve(b->fd, bytes))
+    if (bytes > b->bytes && (b->fd < 0 || !reserve(b->fd, bytes)))
         return NULL;
     leave(b);
     void *at = mremap(b, b->bytes, bytes, MREMAP_MAYMOVE);
@@ -133,7 +136,7 @@ static struct block *grown(struct block *b, size_t bytes)
 char *spool_resize(char *text, size_t length)
 {
     struct block *b = block_of(text);
-    bool crosses = b->fd < 0 && length >= SPOOL_LONG && spool.folder;
+    bool crosses = !b->filed && length >= SPOOL_LONG && spool.folder;
     struct block *same = length > SIZE_MAX / 2 || crosses ? NULL : grown(b, bytes_of(length));
     if (same)
         return same->text;
@@ -152,13 +155,21 @@ void spool_free(char *text)
     if (!text)
         return;
     struct block *b = block_of(text);
-    if (b->fd < 0) {
+    if (!b->filed) {
         free(b);
         return;
     }
     leave(b);
-    close(b->fd);
+    spool_settle(text);
     munmap(b, b->bytes);
+}
+
+void spool_settle(char *text)
+{
+    struct block *b = block_of(text);
+    if (b->filed && b->fd >= 0)
+        close(b->fd);
+    b->fd = -1;
 }
 
 /* Whole pages only: what stands beside them may be in use. */

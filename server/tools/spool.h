@@ -21,6 +21,8 @@ char *spool_new(size_t length);
 /* The same text with room for another length, the shorter of both of it kept. NULL when memory ends: then it is as it was. */
 char *spool_resize(char *text, size_t length);
 void spool_free(char *text);     /* NULL is allowed */
+/* It will not grow any more: a file needs no descriptor from now on. One that grows all the same is copied. */
+void spool_settle(char *text);
 
 /* These bytes, of a text or of anything else, will not be read soon: those of files leave the process, until they are. Others may read
  * them meanwhile. */

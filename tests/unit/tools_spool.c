@@ -82,6 +82,17 @@ static void lengths(void)
         spool_free(text);
     }
     CHECK(files() == before, "no file stays open");
+    char *settled = spool_new(2 * SPOOL_LONG);
+    fill(settled, 0, 2 * SPOOL_LONG);
+    spool_settle(settled);
+    CHECK(files() == before && wrong(settled, 2 * SPOOL_LONG) == 0, "settled: no descriptor");
+    settled = spool_resize(settled, 3 * SPOOL_LONG);
+    CHECK(settled && wrong(settled, 2 * SPOOL_LONG) == 0);
+    spool_settle(settled);
+    settled = spool_resize(settled, SPOOL_LONG);
+    CHECK(settled && wrong(settled, SPOOL_LONG) == 0);
+    spool_free(settled);
+    CHECK(files() == before);
     CHECK(!spool_new(SIZE_MAX - 5), "more than there can be");
     spool_free(NULL);
 }
