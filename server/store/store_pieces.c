@@ -33,8 +33,12 @@ bool store_pieces_put(sqlite3 *db, const char *id, struct slice text)
     size_t at = first_piece(text);
     if (at == text.len)
         return true;
-    sqlite3_stmt *s = NULL;
-    bool ok = sqlite3_prepare_v2(db, "INSERT INTO pieces VALUES(?1, ?2, ?3)", -1, &s, NULL) == SQLITE_OK;
+    sqlite3_stmt *s = NULL, *left = NULL;
+    /* Some may be there of a row that is not found any more. */
+    bool ok = sqlite3_prepare_v2(db, "DELETE FROM pieces WHERE id = ?1", -1, &left, NULL) == SQLITE_OK
+        && sqlite3_bind_text(left, 1, id, -1, SQLITE_STATIC) == SQLITE_OK && store_step(left)
+        && sqlite3_prepare_v2(db, "INSERT OR REPLACE INTO pieces VALUES(?1, ?2, ?3)", -1, &s, NULL) == SQLITE_OK;
+    sqlite3_finalize(left);
     for (int n = 1; ok && at < text.len; n++) {
         size_t length = text.len - at < PIECE ? text.len - at : PIECE;
         sqlite3_bind_text(s, 1, id, -1, SQLITE_STATIC);
