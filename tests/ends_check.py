@@ -3,12 +3,11 @@
 Blow-ups, impasses, ends of a domain, poles, events that stop, ends after events that set; by every method, in double and double-double, at
 tolerances from 1e-4 to 1e-12. SGA_TEST_SEED, SGA_TEST_SCALE as everywhere."""
 import math
-import os
 import random
 import sys
 
 from solver import Solver
-from tally import Tally, build_folder
+from tally import Tally, build_folder, scaled, seed
 
 RUNS = 240
 HELD = 0.97           # of the estimates
@@ -59,11 +58,9 @@ def accuracy_of(rng):
 
 def main():
     solver, tally = Solver(build_folder()), Tally("ends")
-    seed = int(os.environ.get("SGA_TEST_SEED", "20261129"))
-    print(f"seed {seed}")
-    rng = random.Random(seed)
+    rng = random.Random(seed(20261129))
     known = held = 0
-    for run in range(int(RUNS * float(os.environ.get("SGA_TEST_SCALE", "1")))):
+    for run in range(scaled(RUNS)):
         name, variables, equations, initial, events, t, reasons = drawn(rng)
         accuracy = accuracy_of(rng)
         request = {"system": {"form": "equations", "variables": variables, "equations": equations}, "want": ["trajectory"], "accuracy": accuracy,
