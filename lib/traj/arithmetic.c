@@ -123,11 +123,8 @@ static bool precise(struct flow *f, const struct sys_system *sys, const struct s
     if (ok)
         traj_explain_end(f, rq, reason, r);
     if (ok && late && !r->ended) {
+        traj_take_end(r, &guide);
         r->ended = true;
-        r->ended_t = guide.ended_t;
-        r->ended_error = guide.ended_error;
-        r->ended_reason = guide.ended_reason;
-        memcpy(r->ended_detail, guide.ended_detail, sizeof r->ended_detail);
     }
     ok = ok && (!rq->events || guided(&guide, rq, r, err));
     traj_result_clear(&guide);
@@ -182,13 +179,8 @@ static void choose(struct traj_result *r, struct traj_result *fine)
         traj_result_clear(&other);
         return;
     }
-    if (other.ended != fine->ended || (other.ended && strcmp(other.ended_reason, fine->ended_reason) != 0)) {
-        r->ended = other.ended;
-        r->ended_t = other.ended_t;
-        r->ended_error = other.ended_error;
-        r->ended_reason = other.ended_reason;
-        memcpy(r->ended_detail, other.ended_detail, sizeof r->ended_detail);
-    }
+    if (other.ended != fine->ended || (other.ended && strcmp(other.ended_reason, fine->ended_reason) != 0))
+        traj_take_end(r, &other);
     traj_result_clear(&other);
 }
 

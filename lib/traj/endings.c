@@ -195,7 +195,7 @@ static bool say_rounded(struct flow *f, struct traj_result *r)
 }
 
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
-void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
+static void explain(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
     if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN) && (say_undecided(f, rq, r) || say_impulse(f, r)))
         return;
@@ -228,6 +228,14 @@ void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_re
         if (!endings_far(f, rq, r))
             look_for_stratum(f, rq, true, r);
     }
+}
+
+/* Where a zero tells the time, how far that is from where the steps ended is sure to be no less than its error. */
+void traj_explain_end(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
+{
+    double t = r->ended_t;
+    explain(f, rq, reason, r);
+    r->ended_error += r->ended_error > 0 ? fabs(r->ended_t - t) : 0;
 }
 
 bool ended_by_pivots(const struct traj_result *r)

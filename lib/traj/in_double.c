@@ -123,8 +123,8 @@ bool in_double_run(struct flow *f, const struct traj_request *rq, struct traj_re
     r->ended_t = o.end.t;
     r->ended_reason = ode_reason_text(o.end.reason);
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o.end.detail);
+    r->ended_error = o.end.error;
     traj_explain_end(f, rq, o.end.reason, r);
-    r->ended_error = o.end.error > 0 ? o.end.error + fabs(r->ended_t - o.end.t) : 0;       /* where the time is told better than by the solutions, that is sure */
     r->steps = o.stats.steps + o.second.steps;
     r->rejected = o.stats.refused + o.second.refused;
     r->evaluations = o.stats.evaluations + o.second.evaluations;

@@ -167,10 +167,7 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
     signed char *crossing = sga_calloc((size_t)rq->events + 1, 1);
     bool set = piece->ended && piece->ended_event >= 0 && fired_at_end(rq, q, piece, p->boxed, fired, crossing), more = false;
     if (piece->ended && !set) {
-        p->r.ended = true;
-        p->r.ended_t = piece->ended_t;
-        p->r.ended_reason = piece->ended_reason;
-        memcpy(p->r.ended_detail, piece->ended_detail, sizeof p->r.ended_detail);
+        traj_take_end(&p->r, piece);
         if (piece->ended_event >= 0 && p->boxed && jump_boxed_undecided(p, rq, q->whole[piece->ended_event])) {
             p->r.ended_reason = "not_enclosed";
             snprintf(p->r.ended_detail, sizeof p->r.ended_detail, "it is not shown whether an event happens as a switch of its function turns");

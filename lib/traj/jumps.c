@@ -110,13 +110,13 @@ static bool has_place(const struct traj_result *r)
 }
 
 /* What is known of the time of the end; of an accumulation its text says it too. */
-static void say_end(struct jump_pass *p, const struct jump_pass *loose, double rtol, double start)
+static void say_end(struct jump_pass *p, const struct jump_pass *loose, double rtol, double start, double worst)
 {
     struct traj_result *r = &p->r;
     bool limit = r->ended && strcmp(r->ended_reason, "accumulation") == 0;
     bool both = has_place(r) && has_place(&loose->r) && (!limit || strcmp(loose->r.ended_reason, "accumulation") == 0);
     double e = p->end_error + (both ? fabs(r->ended_t - loose->r.ended_t) : INFINITY);
-    r->ended_error = isfinite(e) ? (limit ? e : ode_end_error(e, rtol, r->ended_t - start)) + 4 * jump_epsilon(r) * fabs(r->ended_t) : 0;
+    r->ended_error = isfinite(e) && (limit || worst <= 1) ? (limit ? e : ode_end_error(e, rtol, r->ended_t - start)) + 4 * jump_epsilon(r) * fabs(r->ended_t) : 0;
     if (!limit)
         return;
     size_t end = strlen(r->ended_detail);
@@ -212,7 +212,7 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
         if (late && (!p.r.ended || jump_time_ended(&p.r)))
             jump_end_at_rows(&p, rq, p.r.ended ? p.r.ended_detail : loose.r.ended_detail);
         worst = compare(&p, &loose, rq);
-        say_end(&p, &loose, rq->rtol / tighter, rq->start);
+        say_end(&p, &loose, rq->rtol / tighter, rq->start, worst);
         jump_pass_clear(&loose);
         if (worst <= 1 || late || k + 1 >= (p.fine ? FINE_PASSES : MOST_PASSES) || (isfinite(before) && worst > 0.5 * before))
             break;

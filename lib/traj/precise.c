@@ -280,7 +280,7 @@ static void keep(const struct precise *p, const struct outcome *o, struct traj_r
     r->residual = o->path.residual;
     r->ended = o->path.reason != ODE_NONE;
     r->ended_t = o->path.t;
-    r->ended_error = o->end_error;
+    r->ended_error = o->worst <= 1 ? o->end_error : 0;       /* as in lib/ode/global.c */
     r->ended_reason = ode_reason_text(o->path.reason);
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s", o->path.detail);
     add_counts(&o->path, r);

@@ -1,6 +1,7 @@
 /* The result of a motion: what holds of it whatever was asked for, and its release. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "trajectory.h"
 
@@ -34,6 +35,15 @@ bool traj_result_sane(const struct traj_request *asked, const struct traj_result
     for (int i = 1; i < r->charts && sane; i++)
         sane = in_order(r->chart[i - 1].t, r->chart[i].t, direction);
     return sane;
+}
+
+void traj_take_end(struct traj_result *r, const struct traj_result *from)
+{
+    r->ended = from->ended;
+    r->ended_t = from->ended_t;
+    r->ended_error = from->ended_error;
+    r->ended_reason = from->ended_reason;
+    memcpy(r->ended_detail, from->ended_detail, sizeof r->ended_detail);
 }
 
 void traj_result_clear(struct traj_result *r)

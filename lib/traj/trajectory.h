@@ -272,6 +272,8 @@ void traj_initial_clear(struct traj_initial *result);
 bool traj_run(const struct sys_system *system, const struct sga_solution *solution,
               const struct traj_request *request, struct traj_result *result, struct sga_error *err);
 void traj_result_clear(struct traj_result *result);
+/* Whether and where it ends, and why, becomes what it is for another; not its event. */
+void traj_take_end(struct traj_result *result, const struct traj_result *from);
 /* Invariants of a result for this request (linear cost). */
 bool traj_result_sane(const struct traj_request *request, const struct traj_result *result);
 

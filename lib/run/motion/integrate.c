@@ -110,11 +110,7 @@ static bool look_ahead(const struct job *j, const struct sga_solution *solution,
     if (request->events)
         move_events(result, &ahead);
     if (ahead.ended && (ahead.ended_event >= 0 || fabs(ahead.ended_t - s->t) > near)) {
-        result->ended = true;
-        result->ended_t = ahead.ended_t;
-        result->ended_error = ahead.ended_error;
-        result->ended_reason = ahead.ended_reason;
-        memcpy(result->ended_detail, ahead.ended_detail, sizeof result->ended_detail);
+        traj_take_end(result, &ahead);
     } else {
         say(j, s, result);
     }

@@ -103,11 +103,7 @@ static void keep_common(struct traj_result *r, const struct traj_result *other)
     if (other->rows >= r->rows)
         return;
     r->rows = other->rows;
-    r->ended = other->ended;
-    r->ended_t = other->ended_t;
-    r->ended_error = other->ended_error;
-    r->ended_reason = other->ended_reason;
-    memcpy(r->ended_detail, other->ended_detail, sizeof r->ended_detail);
+    traj_take_end(r, other);
 }
 
 /* In double-double: the start near these slopes, to its digits. False: it is not told so well, or err. */
