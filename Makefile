@@ -61,15 +61,16 @@ DEPS_plot    := base
 DEPS_fit     := base
 DEPS_export  := expr base
 DEPS_structure := sga exact graph points lin num poly sys expr base
-DEPS_ode     := lin base
+DEPS_guard   := base
+DEPS_ode     := guard lin base
 DEPS_enclose := num lin expr base
-DEPS_traj    := enclose ode sga exact points graph lin num poly sys expr base
+DEPS_traj    := enclose ode guard sga exact points graph lin num poly sys expr base
 DEPS_linear  := pencil sga exact points graph lin num poly sys expr base
 DEPS_dirac   := sga exact points graph lin num poly sys expr base
 DEPS_mech    := sga exact points graph lin num poly form sys expr base
 # A request's rooms: its stages in the order in which they run, above what all of them are about (job); the table of stages on top.
 DEPS_face    := run base
-BELOW_run    := fit dirac linear mech sym structure graph operator pencil traj enclose ode sga exact points lin num poly request form sys expr base
+BELOW_run    := fit dirac linear mech sym structure graph operator pencil traj enclose ode guard sga exact points lin num poly request form sys expr base
 DEPS_run/job := $(BELOW_run)
 DEPS_run/model := run/job $(BELOW_run)
 DEPS_run/slice := run/job $(BELOW_run)
@@ -86,7 +87,7 @@ DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/vary run/sweep $(DEPS_run/write) run/write
 DEPS_run     := run/follow $(DEPS_run/follow)
-FLOORS := base exact fit plot graph expr export sys lin pencil num poly operator form request families points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
+FLOORS := base exact fit plot graph guard expr export sys lin pencil num poly operator form request families points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base

@@ -15,15 +15,15 @@
 #include "march.h"
 #include "mem.h"
 
-static const double BAND = 40, SEEN = 4, WELL_INSIDE = 2, FURTHER = 8;      /* SEEN: e^4 times what an end shows is not seen there */
+static const double BAND = 40, SEEN = 4, FURTHER = 8;      /* SEEN: e^4 times what an end shows is not seen there */
 static const double PROBE = 1e-4;          /* of a step: for the rates at its ends */
-enum { TURNS = 60, NODES = 8 };
 
 struct ode_bands {
     int count;
     double *memory;
     double *a, *a1, *rate, *rate1;      /* at the step's ends: arguments, and their derivatives along the motion */
-    double *x, *at;                     /* n; count */
+    double *x;                          /* n */
+    struct ode_way way;
     double cut;                         /* the next step is no longer than this; 0: no matter */
     bool known;                         /* a is that of the present point */
 };
@@ -35,18 +35,20 @@ void ode_bands_begin(struct ode_march *m)
         return;
     struct ode_bands *b = m->bands = sga_calloc(1, sizeof *b);
     b->count = m->p->bands;
-    b->a = b->memory = sga_calloc(5 * c + n, sizeof *b->a);
+    b->a = b->memory = sga_calloc(4 * c + n, sizeof *b->a);
     b->a1 = b->a + c;
     b->rate = b->a1 + c;
     b->rate1 = b->rate + c;
-    b->at = b->rate1 + c;
-    b->x = b->at + c;
+    b->x = b->rate1 + c;
+    ode_way_begin(&b->way, m, b->count, m->p->band);
 }
 
 void ode_bands_end(struct ode_march *m)
 {
-    if (m->bands)
+    if (m->bands) {
+        ode_way_end(&m->bands->way);
         free(m->bands->memory);
+    }
     free(m->bands);
     m->bands = NULL;
 }
@@ -72,58 +74,16 @@ static int side(double a)
     return a > SEEN ? 1 : a < -SEEN ? -1 : 0;
 }
 
-static double along(const struct ode_band_way *w, int k, double theta)
-{
-    w->along(w->ctx, theta, w->at);
-    return w->at[k];
-}
-
-/* Where in (low, high) argument k, on two sides there, is near 0; high where it jumps. */
-static double crossing(const struct ode_band_way *w, int k, double low, double high, double first)
-{
-    for (int i = 0; i < TURNS; i++) {
-        double s = 0.5 * (low + high), v = along(w, k, s);
-        if (fabs(v) < WELL_INSIDE)
-            return s;
-        *((v > 0) == (first > 0) ? &low : &high) = s;
-    }
-    return high;
-}
-
-/* s a falls from low at first, and rises to high at last: its least value, by golden sections, and where. */
-static double least(const struct ode_band_way *w, int k, double s, double low, double high, double *where)
-{
-    const double golden = 0.3819660112501051;
-    double u = low + golden * (high - low), v = s * along(w, k, u);
-    for (int i = 0; i < TURNS && v >= WELL_INSIDE && high - low > 1e-12; i++) {
-        double next = high - u > u - low ? u + golden * (high - u) : u - golden * (u - low), value = s * along(w, k, next);
-        bool better = value < v;
-        *(better == (next > u) ? &low : &high) = better ? u : next;
-        if (better) {
-            u = next;
-            v = value;
-        }
-    }
-    *where = u;
-    return v;
-}
-
 /* The first place where argument k was much nearer to 0 than at both ends. 2: none. */
-static double place_of(const struct ode_band_way *w, int k)
+static double place_of(const struct ode_band_way *w, struct guard_table *t, int k)
 {
-    double v[NODES + 1], s = w->a[k] > 0 ? 1 : -1, ends = fmin(s * w->a[k], s * w->a1[k]), where;
-    v[0] = s * w->a[k];
-    v[NODES] = s * w->a1[k];
-    for (int i = 1; i < NODES; i++)
-        v[i] = s * along(w, k, (double)i / NODES);
-    for (int i = 0; i < NODES; i++) {
-        double low = (double)i / NODES, high = (double)(i + 1) / NODES;
-        if (v[i] > 0 && v[i + 1] < 0)
-            return crossing(w, k, low, high, s);
-        /* to the left of it, it falls; to the right, it rises */
-        bool falls = i ? v[i] <= v[i - 1] : s * w->rate[k] < 0, rises = i + 1 < NODES ? v[i + 2] >= v[i + 1] : s * w->rate1[k] > 0;
-        if (falls && rises && least(w, k, s, low, high, &where) < fmin(BAND, ends - SEEN))
-            return where;
+    double s = w->a[k] > 0 ? 1 : -1, ends = fmin(s * w->a[k], s * w->a1[k]);
+    for (int i = 0; i + 1 < t->nodes; i++) {
+        double v = s * guard_value(t, i, k), after = s * guard_value(t, i + 1, k);
+        if (v > 0 && after < 0)
+            return guard_root(w->way, k, t->theta[i], s * v, t->theta[i + 1], s * after, t->g);
+        if (i > 0 && v <= s * guard_value(t, i - 1, k) && v <= after && v < fmin(BAND, ends - SEEN))
+            return t->theta[i];
     }
     return 2;
 }
@@ -148,7 +108,7 @@ static bool moves(const struct ode_band_way *w, int k)
 bool ode_band_suspect(const struct ode_band_way *w)
 {
     bool any = false;
-    for (int k = 0; k < w->count && !any; k++)
+    for (int k = 0; k < w->way->count && !any; k++)
         any = side(w->a[k]) * side(w->a1[k]) < 0 || moves(w, k);
     return any;
 }
@@ -156,12 +116,20 @@ bool ode_band_suspect(const struct ode_band_way *w)
 double ode_band_place(const struct ode_band_way *w)
 {
     double first = 2;
-    for (int k = 0; k < w->count; k++) {
-        if (side(w->a[k]) * side(w->a1[k]) < 0)
-            first = fmin(first, crossing(w, k, 0, 1, w->a[k]));
-        else if (moves(w, k))
-            first = fmin(first, place_of(w, k));
+    struct guard_table t;
+    guard_table_init(&t, w->way->count);
+    for (int k = 0; k < w->way->count; k++) {
+        if (side(w->a[k]) * side(w->a1[k]) < 0) {
+            first = fmin(first, guard_root(w->way, k, 0, w->a[k], 1, w->a1[k], t.g));
+        } else if (moves(w, k)) {
+            if (!t.nodes) {
+                guard_table_fill(&t, w->way);
+                guard_table_monotone(&t, w->way);
+            }
+            first = fmin(first, place_of(w, &t, k));
+        }
     }
+    guard_table_clear(&t);
     return first < 1 ? first : 2;
 }
 
@@ -175,13 +143,6 @@ static void rates(struct ode_march *m, double t, const double *x, const double *
     m->p->band(m->p->ctx, t + d, b->x, rate);
     for (int k = 0; k < b->count; k++)
         rate[k] = (rate[k] - a[k]) / PROBE;
-}
-
-static void on_polynomial(void *ctx, double theta, double *a)
-{
-    struct ode_march *m = ctx;
-    m->method->dense_at(m->state, &m->step, theta, m->bands->x);
-    m->p->band(m->p->ctx, m->t + (theta * m->step.h + m->t_low), m->bands->x, a);
 }
 
 enum ode_refusal ode_bands_step(struct ode_march *m)
@@ -200,8 +161,7 @@ enum ode_refusal ode_bands_step(struct ode_march *m)
         rates(m, m->t, m->x, m->f, b->a, b->rate);
         rates(m, m->t1, m->x1, m->f1, b->a1, b->rate1);
     }
-    struct ode_band_way w = { .count = b->count, .a = b->a, .a1 = b->a1, .rate = b->rate, .rate1 = b->rate1, .at = b->at,
-                              .along = on_polynomial, .ctx = m };
+    struct ode_band_way w = { .way = ode_way_ready(&b->way), .a = b->a, .a1 = b->a1, .rate = b->rate, .rate1 = b->rate1 };
     if (!ode_band_suspect(&w))
         return STEP_TAKEN;
     if (!m->dense_checked && !m->method->dense_begin(m->state, &m->field, &m->step))

@@ -4,14 +4,13 @@
 
 #include <stdbool.h>
 
-/* Arguments at the step's ends, their derivatives there by theta (the part of the step that has passed; only looked at where both ends
- * are on one side), and anywhere along it; at: room for count. */
+#include "guard.h"
+
+/* Arguments along the step, at its ends, and their derivatives there by the part of the step that has passed (only looked at where both ends are on one
+ * side). */
 struct ode_band_way {
-    int count;
+    const struct guard_way *way;
     const double *a, *a1, *rate, *rate1;
-    double *at;
-    void (*along)(void *ctx, double theta, double *a);
-    void *ctx;
 };
 
 /* Whether some argument is away from 0 at both ends: 1: on two sides; 2: (also) on one, so that rates are needed. 0: none. */

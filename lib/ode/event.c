@@ -1,6 +1,6 @@
 /* Events: places where a function of time and state passes 0, found on the dense output.
  *
- * In each step the functions are tabulated on the step's polynomial (table.c), at their extremes too (extremes.c). A change
+ * In each step the functions are tabulated on the step's polynomial, at their extremes too (guard.h). A change
  * of sign is located to the rounding of time. Between
  * three values of one sign with the least in the middle, the minimum is searched: deeper
  * than the error allowed makes beyond 0, or than the steps' errors were so far, it is two passages, within it a touch. */
@@ -39,12 +39,23 @@ struct place { double theta; int event, crossing; };
 struct ode_watch {
     int count, places, room;
     struct track *now, *next;
-    struct ode_table table;
+    struct ode_way way;
+    struct guard_table table;
     double *y, *by;
     struct place *place;
 };
 
-static double value_at(struct ode_march *m, int e, double theta) { return ode_table_at(m, &m->watch->table, theta)[e]; }
+static double value_at(struct ode_march *m, int e, double theta)
+{
+    struct ode_watch *w = m->watch;
+    w->way.way.at(&w->way, theta, w->table.g);
+    return w->table.g[e];
+}
+
+static double root(struct ode_march *m, int e, double a, double ga, double b, double gb)
+{
+    return guard_root(&m->watch->way.way, e, a, ga, b, gb, m->watch->table.g);
+}
 
 static double *values(struct ode_march *m, double t, const double *x)
 {
@@ -109,7 +120,8 @@ void ode_watch_begin(struct ode_march *m)
     w->count = m->p->events;
     w->now = sga_calloc(2 * e, sizeof *w->now);
     w->next = w->now + e;
-    ode_table_init(&w->table, w->count, m->p->n, m->p->event);
+    ode_way_begin(&w->way, m, w->count, m->p->event);
+    guard_table_init(&w->table, w->count);
     w->y = sga_malloc(2 * (n + 1) * sizeof *w->y);
     w->by = w->y + n + 1;
 }
@@ -138,7 +150,8 @@ void ode_watch_end(struct ode_march *m)
     if (!w)
         return;
     free(w->now < w->next ? w->now : w->next);
-    ode_table_clear(&w->table);
+    ode_way_end(&w->way);
+    guard_table_clear(&w->table);
     free(w->y);
     free(w->place);
     free(w);
@@ -162,37 +175,27 @@ static void add(struct ode_march *m, int e, double theta, int crossing)
 /* |g| has a minimum between the nodes i-1 and i+1, where its sign is one. */
 static void dip(struct ode_march *m, int e, int i, struct track *k)
 {
-    const double golden = 0.3819660112501051;
-    const struct ode_table *w = &m->watch->table;
-    double a = w->theta[i - 1], b = w->theta[i + 1], s = w->theta[i];
-    double ga = w->value[(size_t)(i - 1) * (size_t)w->count + (size_t)e], g = w->value[(size_t)i * (size_t)w->count + (size_t)e];
-    double gb = w->value[(size_t)(i + 1) * (size_t)w->count + (size_t)e], left = a, right = b;
+    const struct guard_table *w = &m->watch->table;
+    double left = w->theta[i - 1], right = w->theta[i + 1], s = w->theta[i];
+    double ga = guard_value(w, i - 1, e), g = guard_value(w, i, e), gb = guard_value(w, i + 1, e);
     /* what a parabola says; far from 0 it need not be looked at */
-    double p = s - a, q = b - s, slope = ((g - ga) / p * q + (gb - g) / q * p) / (p + q);
+    double p = s - left, q = right - s, slope = ((g - ga) / p * q + (gb - g) / q * p) / (p + q);
     double curve = ((gb - g) / q - (g - ga) / p) / (p + q), reach = curve != 0 ? slope * slope / (4 * curve) : 0;
     if (k->sign * (g - reach) > 0.5 * fabs(g) && fabs(g) > 0.5 * fmin(fabs(ga), fabs(gb)))
         return;
-    double least = 2 * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h);      /* to the rounding of time */
-    for (int r = 0; r < 80 && b - a > fmax(least, DBL_EPSILON); r++) {
-        double u = b - s > s - a ? s + golden * (b - s) : s - golden * (s - a), gu = value_at(m, e, u);
-        bool better = k->sign * gu < k->sign * g;
-        if (better == (u > s))
-            a = better ? s : u;
-        else
-            b = better ? s : u;
-        if (better) {
-            s = u;
-            g = gu;
-        }
-    }
-    double flat = fmax(fabs(value_at(m, e, a) - g), fabs(value_at(m, e, b) - g));              /* the place is not known better */
+    const struct guard_way *way = &m->watch->way.way;
+    struct guard_dip d = { .a = left, .at = s, .b = right, .value = k->sign * g, .function = e, .sense = k->sign };
+    guard_least(way, &d, way->grain, -INFINITY, m->watch->table.g);
+    s = d.at;
+    g = k->sign * d.value;
+    double flat = fmax(fabs(value_at(m, e, d.a) - g), fabs(value_at(m, e, d.b) - g));              /* the place is not known better */
     value_at(m, e, s);
-    double *x = w->x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x) + flat;
+    double *x = m->watch->way.x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x) + flat;
     value_at(m, e, s);
     unsure = fmin(unsure, flat + doubt_of(m, e, t, x, true) + ERRORS * ode_errors(m) * unsure);
     if (k->sign * g < -unsure) {
-        add(m, e, ode_table_root(m, &m->watch->table, e, left, ga, s, g), -k->sign);
-        add(m, e, ode_table_root(m, &m->watch->table, e, s, g, right, gb), k->sign);
+        add(m, e, root(m, e, left, ga, s, g), -k->sign);
+        add(m, e, root(m, e, s, g, right, gb), k->sign);
     } else if (fabs(g) <= unsure) {
         for (int r = 0; g == 0 && r < 60; r++) {      /* 0 from somewhere on: there */
             double u = 0.5 * (left + s);
@@ -212,12 +215,12 @@ static double by_time(const struct ode_march *m, double v, double after)
 
 static void scan(struct ode_march *m, int e)
 {
-    const struct ode_table *w = &m->watch->table;
+    const struct guard_table *w = &m->watch->table;
     struct track *k = m->watch->next + e;
     double before = k->before, last = 0, at = 0;
     for (int i = 0; i < w->nodes; i++) {
-        double v = w->value[(size_t)i * (size_t)w->count + (size_t)e];
-        double after = i + 1 < w->nodes ? w->value[(size_t)(i + 1) * (size_t)w->count + (size_t)e] : NAN;
+        double v = guard_value(w, i, e);
+        double after = i + 1 < w->nodes ? guard_value(w, i + 1, e) : NAN;
         if (!isfinite(v)) {
             k->sign = 0;
             before = NAN;
@@ -243,7 +246,7 @@ static void scan(struct ode_march *m, int e)
         } else if (v * k->sign < 0) {
             /* the last value may be 0 itself, where it was a node */
             if (!k->touched)
-                add(m, e, i ? ode_table_root(m, &m->watch->table, e, at, last != 0 ? last : -v, w->theta[i], v) : 0, -k->sign);
+                add(m, e, i ? root(m, e, at, last != 0 ? last : -v, w->theta[i], v) : 0, -k->sign);
             k->sign = (signed char)-k->sign;
             k->touched = false;
             if (i + 1 == w->nodes && fabs(v) <= (k->least = doubt(m, e, m->t1, m->x1)))
@@ -349,8 +352,8 @@ enum ode_refusal ode_watch_step(struct ode_march *m, int *through)
     }
     memcpy(w->next, w->now, (size_t)w->count * sizeof *w->now);
     w->places = 0;
-    ode_table_fill(m, &w->table);
-    ode_table_monotone(m, &w->table);
+    guard_table_fill(&w->table, ode_way_ready(&w->way));
+    guard_table_monotone(&w->table, &w->way.way);
     for (int e = 0; e < w->count; e++)
         scan(m, e);
     if (w->places)

@@ -1,7 +1,7 @@
 /* Kinks: places where a switch of the field (abs, sign, min, max) changes its branch.
  *
  * Along a step every switch is held on the side of its surface g = 0 where the motion is, so that the method sees a
- * smooth field, also in stages that lie beyond. After the step g is looked at along the step's polynomial (table.c):
+ * smooth field, also in stages that lie beyond. After the step g is looked at along the step's polynomial (guard.h):
  * a step that passes a surface is taken again, to end there, and the next one begins on the other side. Where both
  * fields point at the surface, the motion would slide along it, and ends. (State events; Hairer, Norsett, Wanner,
  * Solving Ordinary Differential Equations I, II.6; Filippov for the sides.)
@@ -53,7 +53,8 @@ void ode_kinks_begin(struct ode_march *m)
     k->x = k->theta + c;
     k->f = k->x + n;
     k->mid = k->f + n;
-    ode_table_init(&k->table, k->count, m->p->n, m->p->switching);
+    ode_way_begin(&k->way, m, k->count, m->p->switching);
+    guard_table_init(&k->table, k->count);
 }
 
 void ode_kinks_end(struct ode_march *m)
@@ -66,7 +67,8 @@ void ode_kinks_end(struct ode_march *m)
     m->res->held = sga_calloc((size_t)k->count + 1, 1);
     if (!k->natural)
         memcpy(m->res->held, k->side, (size_t)k->count);
-    ode_table_clear(&k->table);
+    ode_way_end(&k->way);
+    guard_table_clear(&k->table);
     free(k->side);
     free(k->g);
     free(k);

@@ -18,7 +18,8 @@ struct ode_kinks {
     double *old, *least, *doubt;     /* changes ahead, before a turn; see grains */
     double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
     double *theta;             /* where it leaves its side in the step; 2: nowhere */
-    struct ode_table table;
+    struct ode_way way;
+    struct guard_table table;
     double *x, *f, *mid;       /* n each */
     double cut, limit;         /* the next step is no longer than this; 0: no matter. The second until a switch is turned, */
     double limit_t;            /* or this time, at which one was expected, is well behind */

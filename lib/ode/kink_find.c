@@ -35,42 +35,17 @@ static bool far_from_all(struct ode_march *m)
     return far;
 }
 
-/* s g has a minimum between nodes i - 1 and i + 1, where it is not below -least: does it go there in between? Where. */
-static bool dips(struct ode_march *m, int e, int i, int s, double least, double *where)
-{
-    const double golden = 0.3819660112501051;
-    struct ode_table *w = &m->kinks->table;
-    size_t c = (size_t)w->count, at = (size_t)i * c + (size_t)e;
-    double a = w->theta[i - 1], b = w->theta[i + 1], u = w->theta[i], gu = s * w->value[at], left = a;
-    double ga = s * w->value[at - c], gb = s * w->value[at + c], p = u - a, q = b - u;
-    double slope = ((gu - ga) / p * q + (gb - gu) / q * p) / (p + q), curve = ((gb - gu) / q - (gu - ga) / p) / (p + q);
-    if (!(gu <= ga && gu <= gb) || !(curve > 0) || gu - slope * slope / (4 * curve) > 0.5 * gu + least)
-        return false;
-    for (int r = 0; r < 60 && gu >= -least && b - a > 1e-9 * (p + q); r++) {
-        double v = b - u > u - a ? u + golden * (b - u) : u - golden * (u - a), gv = s * ode_table_at(m, w, v)[e];
-        bool better = gv < gu;
-        *(better == (v > u) ? &a : &b) = better ? u : v;
-        if (better) {
-            u = v;
-            gu = gv;
-        }
-    }
-    if (gu >= -least)
-        return false;
-    *where = ode_table_root(m, w, e, left, ga > 0 ? s * ga : s * least, u, s * gu);
-    return true;
-}
-
 /* All values are on the side of switch e, none with a minimum that could be beyond. */
-static bool plainly_inside(const struct ode_table *w, int e, int s)
+static bool plainly_inside(const struct guard_table *w, int e, int s)
 {
-    size_t c = (size_t)w->count;
     for (int i = 0; i < w->nodes; i++) {
-        const double *v = w->value + (size_t)i * c + (size_t)e;
-        if (!(s * *v > 0))
+        double v = s * guard_value(w, i, e);
+        if (!(v > 0))
             return false;
-        if (i > 0 && i + 1 < w->nodes && s * v[0] < s * v[-(ptrdiff_t)c] && s * v[0] <= s * v[c] &&
-            s * v[0] < 2 * fmax(s * v[-(ptrdiff_t)c] - s * v[0], s * v[c] - s * v[0]))
+        if (i == 0 || i + 1 == w->nodes)
+            continue;
+        double before = s * guard_value(w, i - 1, e), after = s * guard_value(w, i + 1, e);
+        if (v < before && v <= after && v < 2 * fmax(before - v, after - v))
             return false;
     }
     return true;
@@ -80,12 +55,12 @@ static bool plainly_inside(const struct ode_table *w, int e, int s)
 static double crossing(struct ode_march *m, int e)
 {
     struct ode_kinks *k = m->kinks;
-    struct ode_table *w = &k->table;
+    const struct guard_table *w = &k->table;
     int s = k->side[e], last = -1;
     bool armed = !k->fresh[e];
-    double where, least = k->least[e], first = s * w->value[e];
+    double least = k->least[e], first = s * w->value[e];
     for (int i = 0; i < w->nodes && s; i++) {
-        double v = s * w->value[(size_t)i * (size_t)w->count + (size_t)e];
+        double v = s * guard_value(w, i, e);
         if (!isfinite(v)) {
             last = -1;
             continue;
@@ -93,15 +68,13 @@ static double crossing(struct ode_march *m, int e)
         if (armed && v < -least) {
             if (last < 0)
                 return w->theta[i];
-            double u = s * w->value[(size_t)last * (size_t)w->count + (size_t)e];
-            return ode_table_root(m, w, e, w->theta[last], s * u, w->theta[i], s * v);
+            double u = s * guard_value(w, last, e);
+            return guard_root(&k->way.way, e, w->theta[last], s * u, w->theta[i], s * v, k->table.g);
         }
-        if (armed && i > 0 && i + 1 < w->nodes && dips(m, e, i, s, least, &where))
-            return where;
         armed |= v > least;
         last = v > 0 ? i : last;
     }
-    double v = s * w->value[(size_t)(w->nodes - 1) * (size_t)w->count + (size_t)e];
+    double v = s * guard_value(w, w->nodes - 1, e);
     if (armed || v >= -10 * fmax(least, fabs(first)))
         return 2;
     return s * k->rate[e] * m->direction > 0 ? -1 : 0;
@@ -149,10 +122,10 @@ static double harm(struct ode_march *m, int e, double rest)
 static bool rests(struct ode_march *m, int e)
 {
     const struct ode_kinks *k = m->kinks;
-    const struct ode_table *w = &k->table;
+    const struct guard_table *w = &k->table;
     bool near = true;
     for (int i = 0; i < w->nodes; i++)
-        near &= fabs(w->value[(size_t)i * (size_t)w->count + (size_t)e]) <= k->doubt[e];
+        near &= fabs(guard_value(w, i, e)) <= k->doubt[e];
     if (!near)
         return false;
     double sum = 0, jump = harm(m, e, 1);
@@ -216,7 +189,7 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
     if (!m->method->dense_begin(m->state, &m->field, &m->step))
         return FIELD_REFUSED;
     m->dense_checked = true;
-    ode_table_fill(m, &k->table);
+    guard_table_fill(&k->table, ode_way_ready(&k->way));
     double first = 2, cut = 2, h = fabs(m->step.h);
     int which = -1, there = -1;
     bool known = false;
@@ -224,8 +197,10 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
         k->theta[e] = 2;
         if (!k->side[e] || (!k->fresh[e] && plainly_inside(&k->table, e, k->side[e])))
             continue;
-        if (!known)
+        if (!known) {
             kinks_grains(m, m->t1, m->x1);
+            guard_table_monotone(&k->table, &k->way.way);
+        }
         known = true;
         double theta = crossing(m, e);
         if (theta < 2 && rests(m, e)) {

@@ -3,6 +3,7 @@
 #define SGA_ODE_MARCH_H
 
 #include "control.h"
+#include "guard.h"
 #include "method.h"
 
 /* Why a step was not taken. */
@@ -45,7 +46,6 @@ struct ode_grain {
     double allowed;
 };
 
-struct ode_table;
 struct ode_companion;
 
 struct ode_march {
@@ -142,9 +142,8 @@ void ode_prepare_step(struct ode_march *m, double h);
 
 /* driver.c: where the present step has to end at the latest. */
 double ode_goal(const struct ode_march *m);
-/* sane.c: invariants between steps (constant cost); of a table's nodes, of the sides, of a result for these times (linear cost). */
+/* sane.c: invariants between steps (constant cost); of the sides, of a result for these times (linear cost). */
 bool ode_march_sane(const struct ode_march *m);
-bool ode_table_sane(const struct ode_table *w);
 bool ode_kinks_sane(const struct ode_kinks *k);
 bool ode_result_sane(const struct ode_start *start, const struct ode_result *r);
 
@@ -188,34 +187,16 @@ bool ode_late_error(struct ode_march *m);
 bool ode_late_start(const struct ode_run *run, struct ode_start *late);
 bool ode_is_late(const struct ode_run *run);       /* the same, and no more */
 
-/* extremes.c: a function seems not to change from a to b, as far as rounding of its largest value, `most`, tells. */
-struct ode_quiet { double a, b, most; int event; };
-
-/* table.c: functions along the present step, after dense_begin. */
-struct ode_table {
-    int count, nodes, room;
-    double *theta, *value;     /* nodes; nodes x count */
-    double *g, *x;             /* one of each: those of ode_table_at */
-    double *low, *high;        /* ranges over the nodes */
-    double *turn;              /* extremes.c's: where functions turn */
-    struct ode_quiet *quiet;
-    size_t turn_room, quiet_room;
-    int turns, quiets;
+/* way.c: the present step as a way of functions of time and state (guard.h). Begun once, made ready for each step after dense_begin. */
+struct ode_way {
+    struct guard_way way;
+    struct ode_march *m;
     void (*function)(void *ctx, double t, const double *x, double *g);
+    double *x;                 /* n: the state where they were asked for last */
 };
-void ode_table_init(struct ode_table *w, int count, int n, void (*function)(void *, double, const double *, double *));
-void ode_table_clear(struct ode_table *w);
-/* The functions at theta (w->g), where the state is w->x. */
-double *ode_table_at(struct ode_march *m, struct ode_table *w, double theta);
-/* Nodes in equal distances, and one beside each end; the values at the ends are those of the states there. */
-void ode_table_fill(struct ode_march *m, struct ode_table *w);
-/* After that: nodes where any of the functions has an extreme inside the step, so that each is monotone between them as far as
- * its values are known to rounding. Cost: some 20 evaluations, more where functions vary faster than polynomials of degree 16. */
-void ode_table_monotone(struct ode_march *m, struct ode_table *w);
-/* extremes.c: these places into w->turn, ascending; w->low and w->high are known. */
-void ode_table_turns(struct ode_march *m, struct ode_table *w);
-/* Where function e changes its sign between a and b, to the rounding of time. */
-double ode_table_root(struct ode_march *m, struct ode_table *w, int e, double a, double ga, double b, double gb);
+void ode_way_begin(struct ode_way *w, struct ode_march *m, int count, void (*function)(void *, double, const double *, double *));
+const struct guard_way *ode_way_ready(struct ode_way *w);
+void ode_way_end(struct ode_way *w);
 
 /* event.c: around the march; the start (x is set); after ode_sample: the events in the present
  * step are put into the result, and samples past one that stops are taken back. */

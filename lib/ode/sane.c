@@ -1,4 +1,4 @@
-/* What holds of a march, its tables, its sides and its result whatever is asked for. See doc/developer.md, "Assertions". */
+/* What holds of a march, its sides and its result whatever is asked for. See doc/developer.md, "Assertions". */
 #include <float.h>
 #include <math.h>
 
@@ -18,14 +18,6 @@ bool ode_march_sane(const struct ode_march *m)
     bool time = in_order(m->last_times[1], m->t, m->direction) && in_order(m->t, ode_goal(m), m->direction) && fabs(m->t_low) <= DBL_EPSILON * fabs(m->t);
     bool samples = m->next >= 0 && m->next <= m->start->count && m->dense_ratio > 0 && m->dense_ratio <= 1;
     return time && samples && m->state == state;
-}
-
-bool ode_table_sane(const struct ode_table *w)
-{
-    bool sane = w->nodes >= 2 && w->nodes <= w->room && w->theta[0] == 0 && w->theta[w->nodes - 1] == 1;
-    for (int i = 1; i < w->nodes && sane; i++)
-        sane = w->theta[i - 1] < w->theta[i];
-    return sane;
 }
 
 bool ode_kinks_sane(const struct ode_kinks *k)

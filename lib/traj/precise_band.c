@@ -47,9 +47,9 @@ double precise_band(struct precise_march *m, num_dd h)
     double place = 2;
     if (!c)
         return place;
-    double *a = sga_malloc((5 * c + n + 1) * sizeof *a), *a1 = a + c, *rate = a1 + c, *rate1 = rate + c;
+    double *a = sga_malloc((4 * c + n + 1) * sizeof *a), *a1 = a + c, *rate = a1 + c, *rate1 = rate + c;
     num_dd *x = sga_malloc((n + 1) * sizeof *x);
-    struct way way = { m, h, x, rate1 + 2 * c };
+    struct way way = { m, h, x, rate1 + c };
     at_point(m, m->here.t, m->here.x, way.in, a);
     at_point(m, m->there.t, m->there.x, way.in, a1);
     int outside = ode_band_outside((int)c, a, a1);
@@ -57,7 +57,9 @@ double precise_band(struct precise_march *m, num_dd h)
         rates(&way, (int)c, 0, a, rate);
         rates(&way, (int)c, 1, a1, rate1);
     }
-    struct ode_band_way w = { .count = (int)c, .a = a, .a1 = a1, .rate = rate, .rate1 = rate1, .at = rate1 + c, .along = on_step, .ctx = &way };
+    double grain = 2 * NUM_DD_EPSILON * fmax(fabs(m->here.t.hi), fabs(m->there.t.hi)) / fabs(h.hi);
+    struct guard_way along = { .count = (int)c, .at = on_step, .of = &way, .grain = grain, .budget = m->p->rq->budget };
+    struct ode_band_way w = { .way = &along, .a = a, .a1 = a1, .rate = rate, .rate1 = rate1 };
     if (outside && ode_band_suspect(&w))
         place = ode_band_place(&w);
     assert(place > 0);       /* else the step would be tried again as it is */

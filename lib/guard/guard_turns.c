@@ -1,7 +1,7 @@
-/* Where functions along a step turn: between neighbours of these places each of them is monotone, so that a change of sign
+/* Where functions along a way turn: between neighbours of these places each of them is monotone, so that a change of sign
  * or a touch of 0 cannot hide between nodes of a table, however close others are (products, clusters).
  *
- * Each function is interpolated in Chebyshev points; the step is halved where the coefficients do not fall to rounding. Zeros
+ * Each function is interpolated in Chebyshev points; the way is halved where the coefficients do not fall to rounding. Zeros
  * of the derivative are isolated by bounds: |c_0| above the sum of the others leaves no zero, the same of the second
  * derivative one at the most (Boyd, Solving Transcendental Equations, SIAM 2014, chapters 2 and 3). */
 #include <assert.h>
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "march.h"
+#include "guard.h"
 #include "mem.h"
 
 /* Degree; halvings of a step, and of a piece (to 1e-7 of it); bisections of the place of an extreme (1e-9 of a piece: at an
@@ -77,10 +77,10 @@ static double rest(const double *c)
     return sum;
 }
 
-static void add(struct ode_table *w, double theta)
+static void add(struct guard_table *t, double theta)
 {
-    SGA_RESERVE(w->turn, w->turn_room, w->turns + 1);
-    w->turn[w->turns++] = theta;
+    SGA_RESERVE(t->turn, t->turn_room, t->turns + 1);
+    t->turn[t->turns++] = theta;
 }
 
 static double bisect(const struct piece *p)
@@ -104,15 +104,21 @@ static void half(const struct piece *p, int side, struct piece *q)
     q->b = side < 0 ? middle : p->b;
 }
 
-static void keep(struct ode_table *w, const struct piece *p, int e, double most)
+/* Pieces come in order: neighbours are one. */
+static void keep(struct guard_table *t, const struct piece *p, int e, double most)
 {
-    SGA_RESERVE(w->quiet, w->quiet_room, w->quiets + 1);
-    w->quiet[w->quiets++] = (struct ode_quiet){ .a = p->a, .b = p->b, .most = most, .event = e };
+    struct guard_quiet *last = t->quiets ? t->quiet + t->quiets - 1 : NULL;
+    if (last && last->function == e && last->most == most && last->b == p->a) {
+        last->b = p->b;
+        return;
+    }
+    SGA_RESERVE(t->quiet, t->quiet_room, t->quiets + 1);
+    t->quiet[t->quiets++] = (struct guard_quiet){ .a = p->a, .b = p->b, .most = most, .function = e };
 }
 
 /* Zeros of the derivative of a function whose largest value is `most`; where that is below `noise` all over a piece nothing is
  * seen yet. */
-static void isolate(struct ode_table *w, const struct piece *first, int e, double most, double noise)
+static void isolate(struct guard_table *t, const struct piece *first, int e, double most, double noise)
 {
     struct { struct piece p; int depth; } stack[SPLITS + 2];
     int count = 1;
@@ -126,15 +132,15 @@ static void isolate(struct ode_table *w, const struct piece *first, int e, doubl
         if (fabs(p.c[0]) > others)
             continue;
         if (fabs(p.c[0]) + others <= noise) {
-            keep(w, &p, e, most);
+            keep(t, &p, e, most);
             continue;
         }
         derivative(p.c, d);
         if (fabs(d[0]) > rest(d)) {
             if (at(p.c, -1) * at(p.c, 1) <= 0)
-                add(w, bisect(&p));
+                add(t, bisect(&p));
         } else if (depth == SPLITS) {
-            add(w, 0.5 * (p.a + p.b));
+            add(t, 0.5 * (p.a + p.b));
         } else {
             for (int side = 1; side >= -1; side -= 2, count++) {
                 half(&p, side, &stack[count].p);
@@ -156,52 +162,54 @@ static enum seen expand(const double *v, struct piece *p, double noise)
     return tail <= noise ? RESOLVED : UNRESOLVED;
 }
 
-static void turns_of(struct ode_table *w, const struct piece *p, int e, double most, double noise)
+static void turns_of(struct guard_table *t, const struct piece *p, int e, double most, double noise)
 {
     struct piece slope = *p;
     derivative(p->c, slope.c);
-    isolate(w, &slope, e, most, N * noise);
+    isolate(t, &slope, e, most, N * noise);
 }
 
 /* Every function over [a, b]; false: some is not resolved there. */
-static bool look(struct ode_march *m, struct ode_table *w, double a, double b, bool last)
+static bool look(struct guard_table *t, const struct guard_way *way, double a, double b, bool last)
 {
-    double *v = sga_malloc((N + 1) * (size_t)w->count * sizeof *v);
+    double *v = sga_malloc((N + 1) * (size_t)t->count * sizeof *v);
     bool resolved = true;
-    int turns = w->turns, quiets = w->quiets;
+    int turns = t->turns, quiets = t->quiets;
     for (int k = 0; k <= N; k++) {
-        const double *g = ode_table_at(m, w, a + 0.5 * (b - a) * (1 + WAVE[k]));
-        for (int e = 0; e < w->count; e++)
-            v[e * (N + 1) + k] = g[e];
+        way->at(way->of, a + 0.5 * (b - a) * (1 + WAVE[k]), t->g);
+        for (int e = 0; e < t->count; e++)
+            v[e * (N + 1) + k] = t->g[e];
     }
-    for (int e = 0; e < w->count && resolved; e++) {
+    for (int e = 0; e < t->count && resolved; e++) {
         struct piece p = { .a = a, .b = b };
-        double most = fmax(fabs(w->low[e]), fabs(w->high[e]));
+        double most = fmax(fabs(t->low[e]), fabs(t->high[e]));
         enum seen s = expand(v + e * (N + 1), &p, NOISE * most);
         resolved = last || s != UNRESOLVED;
         if (resolved && s != NOT_NEAR)
-            turns_of(w, &p, e, most, NOISE * most);
+            turns_of(t, &p, e, most, NOISE * most);
     }
     if (!resolved) {
-        w->turns = turns;
-        w->quiets = quiets;
+        t->turns = turns;
+        t->quiets = quiets;
     }
     free(v);
     return resolved;
 }
 
 /* Where all that is seen of a function is below rounding of its largest value: a product of factors that are all small there
- * still has digits of its own (FEW_DIGITS). A sum has none, and is noise. */
-static void look_again(struct ode_march *m, struct ode_table *w, struct ode_quiet q)
+ * still has digits of its own (FEW_DIGITS). A sum has none, and is noise; so is the slope at an extreme of higher order, which lies in the middle. */
+static void look_again(struct guard_table *t, const struct guard_way *way, struct guard_quiet q)
 {
     double v[N + 1], most = 0;
+    add(t, 0.5 * (q.a + q.b));
     struct piece p = { .a = q.a, .b = q.b };
     for (int k = 0; k <= N; k++) {
-        v[k] = ode_table_at(m, w, q.a + 0.5 * (q.b - q.a) * (1 + WAVE[k]))[q.event];
+        way->at(way->of, q.a + 0.5 * (q.b - q.a) * (1 + WAVE[k]), t->g);
+        v[k] = t->g[q.function];
         most = fmax(most, fabs(v[k]));
     }
     if (most > 0 && most <= CLEAR * q.most && expand(v, &p, FEW_DIGITS * most) == RESOLVED)
-        turns_of(w, &p, q.event, most, FEW_DIGITS * most);
+        turns_of(t, &p, q.function, most, FEW_DIGITS * most);
 }
 
 static int ascending(const void *a, const void *b)
@@ -210,20 +218,20 @@ static int ascending(const void *a, const void *b)
     return (*p > *q) - (*p < *q);
 }
 
-void ode_table_turns(struct ode_march *m, struct ode_table *w)
+void guard_table_turns(struct guard_table *t, const struct guard_way *way)
 {
     double a = 0, width = 1;
-    w->turns = w->quiets = 0;
+    t->turns = t->quiets = 0;
     while (a < 1) {
-        while (!look(m, w, a, a + width, width <= ldexp(1, -HALVINGS)))
+        while (!look(t, way, a, a + width, width <= ldexp(1, -HALVINGS)))
             width *= 0.5;
         a += width;
         assert(a <= 1);
         while (width < 1 && fmod(a, 2 * width) == 0)       /* as wide again as the halves before were */
             width *= 2;
     }
-    for (int k = 0; k < w->quiets; k++)        /* which may add to them */
-        look_again(m, w, w->quiet[k]);
-    if (w->turns)
-        qsort(w->turn, (size_t)w->turns, sizeof *w->turn, ascending);
+    for (int k = 0; k < t->quiets; k++)        /* which may add to them */
+        look_again(t, way, t->quiet[k]);
+    if (t->turns)
+        qsort(t->turn, (size_t)t->turns, sizeof *t->turn, ascending);
 }
