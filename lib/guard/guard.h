@@ -34,6 +34,7 @@ struct guard_table {
     double *theta, *value;     /* nodes, ascending from 0 to 1; nodes x count */
     double *g;                 /* count: those of the last place asked for */
     double *low, *high;        /* ranges over the nodes */
+    double *noise, *tail;      /* what values are uncertain by; work */
     double *turn;              /* where functions turn */
     struct guard_quiet *quiet;
     size_t turn_room, quiet_room;

@@ -19,9 +19,11 @@ void guard_table_init(struct guard_table *t, int count)
 {
     size_t e = (size_t)count;
     *t = (struct guard_table){ .count = count };
-    t->g = sga_malloc((3 * e + 1) * sizeof *t->g);
+    t->g = sga_malloc((5 * e + 1) * sizeof *t->g);
     t->low = t->g + e;
     t->high = t->low + e;
+    t->noise = t->high + e;
+    t->tail = t->noise + e;
 }
 
 void guard_table_clear(struct guard_table *t)
@@ -155,12 +157,12 @@ static void insert(struct guard_table *t, const struct guard_way *way, int at, d
 void guard_table_monotone(struct guard_table *t, const struct guard_way *way)
 {
     guard_table_turns(t, way);
-    int at = 2;
+    int at = way->end ? 2 : 1;         /* ends that lie beside the way are not compared with what is on it */
     for (int k = 0; k < t->turns; k++) {
         double theta = t->turn[k];
         while (at < t->nodes - 1 && t->theta[at] < theta)
             at++;
-        if (theta - t->theta[at - 1] > SAME && t->theta[at] - theta > SAME && t->theta[at - 1] > 0 && t->theta[at] < 1)
+        if (theta - t->theta[at - 1] > SAME && t->theta[at] - theta > SAME && (!way->end || (t->theta[at - 1] > 0 && t->theta[at] < 1)))
             insert(t, way, at, theta);
     }
     assert(guard_table_sane(t));

@@ -18,6 +18,8 @@
  * waves of more than 30 lengths in a step, of which the coefficients still tell the extremes as far as table.c follows. */
 enum { N = 16, HALVINGS = 6, SPLITS = 24, BISECTIONS = 30 };
 #define NOISE (64 * DBL_EPSILON)                /* of the largest value: what coefficients fall to */
+#define LITTLE 1e-6                             /* of the largest value: what noise is at the most, */
+#define FALLS 0.85                              /* and the part of what it was before a piece was halved (a cube root: 0.8) */
 #define FEW_DIGITS 1e-8                         /* the same where factors have lost digits of their own */
 #define FAR 2.0                                 /* so many times as large as its changes a function does not come near 0, */
 #define CLEAR 1e-3                              /* where the coefficients show these changes, up to a part of them */
@@ -152,11 +154,13 @@ static void isolate(struct guard_table *t, const struct piece *first, int e, dou
 
 enum seen { UNRESOLVED, NOT_NEAR, RESOLVED };
 
+static double tail_of(const struct piece *p) { return fabs(p->c[N]) + fabs(p->c[N - 1]) + fabs(p->c[N - 2]); }
+
 /* The function whose values at the Chebyshev points of the piece these are, `noise` being what they are uncertain by. */
 static enum seen expand(const double *v, struct piece *p, double noise)
 {
     from_values(v, p->c);
-    double others = rest(p->c), tail = fabs(p->c[N]) + fabs(p->c[N - 1]) + fabs(p->c[N - 2]);
+    double others = rest(p->c), tail = tail_of(p);
     if (!isfinite(fabs(p->c[0]) + others) || (fabs(p->c[0]) > FAR * others && tail <= CLEAR * others + noise))
         return NOT_NEAR;
     return tail <= noise ? RESOLVED : UNRESOLVED;
@@ -167,6 +171,18 @@ static void turns_of(struct guard_table *t, const struct piece *p, int e, double
     struct piece slope = *p;
     derivative(p->c, slope.c);
     isolate(t, &slope, e, most, N * noise);
+}
+
+/* The last coefficients of function e over a piece did not fall with its length, as those of a function do that bends, has a kink or a root in it: they are what its
+ * values are uncertain by (1 - (1 - u)). */
+static bool is_noise(struct guard_table *t, const struct piece *p, int e, double most)
+{
+    double tail = tail_of(p), before = t->tail[e];
+    t->tail[e] = tail;
+    if (!(tail <= LITTLE * most && tail > FALLS * before))
+        return false;
+    t->noise[e] = fmax(t->noise[e], 2 * tail);
+    return true;
 }
 
 /* Every function over [a, b]; false: some is not resolved there. */
@@ -183,10 +199,10 @@ static bool look(struct guard_table *t, const struct guard_way *way, double a, d
     for (int e = 0; e < t->count && resolved; e++) {
         struct piece p = { .a = a, .b = b };
         double most = fmax(fabs(t->low[e]), fabs(t->high[e]));
-        enum seen s = expand(v + e * (N + 1), &p, NOISE * most);
-        resolved = last || s != UNRESOLVED;
+        enum seen s = expand(v + e * (N + 1), &p, t->noise[e]);
+        resolved = last || s != UNRESOLVED || is_noise(t, &p, e, most);
         if (resolved && s != NOT_NEAR)
-            turns_of(t, &p, e, most, NOISE * most);
+            turns_of(t, &p, e, most, t->noise[e]);
     }
     if (!resolved) {
         t->turns = turns;
@@ -222,7 +238,11 @@ void guard_table_turns(struct guard_table *t, const struct guard_way *way)
 {
     double a = 0, width = 1;
     t->turns = t->quiets = 0;
+    for (int e = 0; e < t->count; e++)
+        t->noise[e] = NOISE * fmax(fabs(t->low[e]), fabs(t->high[e]));
     while (a < 1) {
+        for (int e = 0; e < t->count; e++)
+            t->tail[e] = INFINITY;
         while (!look(t, way, a, a + width, width <= ldexp(1, -HALVINGS)))
             width *= 0.5;
         a += width;

@@ -24,6 +24,7 @@
 #define R_MUL(a, b) ((a) * (b))
 #define R_DIV(a, b) ((a) / (b))
 #define R_NEG(a) (-(a))
+#define R_ROOT_STAYS(root, rest) false
 #define R_TWICE(a) (2 * (a))
 #define R_MUL_INT(a, k) ((a) * (k))
 #define R_DIV_INT(a, k) ((a) / (k))

@@ -21,6 +21,8 @@
 #define R_MUL num_dd_mul
 #define R_DIV num_dd_div
 #define R_NEG num_dd_neg
+/* The root of what is 0 as far as is known is 0: max(0, x) beside negative x, which has no other way to go on than series. */
+#define R_ROOT_STAYS(root, rest) ((root).hi == 0 && (rest).hi == 0)
 #define R_TWICE(a) num_dd_scale(a, 2)
 #define R_MUL_INT(a, k) num_dd_mul_d(a, (double)(k))
 #define R_DIV_INT(a, k) num_dd_div(a, num_dd_of((double)(k)))

@@ -117,7 +117,7 @@ static R root(const R *a, const R *w, int k)
     if (k == 0)
         return R_FUNCTION(EXPR_SQRT, a[0]);
     R rest = k > 1 ? R_SUB(a[k], R_DOT(w + 1, w + 1, k - 1)) : a[k];
-    return R_DIV(rest, R_TWICE(w[0]));
+    return R_ROOT_STAYS(w[0], rest) ? rest : R_DIV(rest, R_TWICE(w[0]));
 }
 
 /* a w' = r w a', r the power or 1/3. */

@@ -215,22 +215,6 @@ static double cut(struct ode_march *m, double h, double *aim)
     return rest;
 }
 
-static void place(const void *march, double s, double *x)
-{
-    const struct ode_march *m = march;
-    if (s == 1)
-        sga_copy(x, m->x1, m->p->n);
-    else
-        m->method->dense_at(m->state, &m->step, s, x);
-}
-
-/* Explicit steps have looked at many places. */
-static bool goes_on_along(struct ode_march *m)
-{
-    struct ode_path path = { m, m->t, m->step.h, place };
-    return !(m->method->series || m->method->implicit) || m->p->along(m->p->ctx, &path) || ode_eval_refused(&m->field);
-}
-
 /* *h: the size asked for; the size taken, where the method made the step shorter. */
 static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int *through)
 {
@@ -279,7 +263,7 @@ static enum ode_refusal attempt(struct ode_march *m, double *h, double aim, int 
         cause = ode_bands_step(m);
     if (cause != STEP_TAKEN)
         return cause;
-    if (m->p->along && !goes_on_along(m))
+    if (m->p->along && !ode_goes_on_along(m))
         return FIELD_REFUSED;
     cause = ode_sample(m, through);
     return cause == STEP_TAKEN ? ode_watch_step(m, through) : cause;
@@ -371,9 +355,11 @@ static double after_step(struct ode_march *m, double taken)
     return m->method->accepted ? m->method->accepted(m->state, &m->step, factor) : factor;
 }
 
-/* Steps that lead nowhere any more may be made in another way. */
+/* Steps that lead nowhere any more may be made in another way; series just behind a place where they end (a root that begins) are of no use. */
 static bool otherwise(struct ode_march *m)
 {
+    if ((m->t == m->start->t || ode_kinks_turned(m)) && ode_without_series(m))
+        return true;
     if (!m->method->otherwise || !m->method->otherwise(m->state))
         return false;
     if (m->p->otherwise)

@@ -16,14 +16,12 @@
 
 enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };     /* events, and numbers in all states at events */
 #define SAMPLE_MOST 10.0
-/* Of a value's size: what does not tell from 0 where a motion goes on; and of times: as one. */
-static const double TOLD = 16 * DBL_EPSILON, SAME_TIME = 1e-13;
+/* Of times: as one. */
+static const double SAME_TIME = 1e-13;
 /* Of a variable's size: where jumps of functions are looked for around an event's place. */
 static const double PLACE = 1e-4;
 /* Of a step: for a function's slope, which is one where it is so much alike on both sides. Of times: what need not be mended. */
 static const double ASIDE = 1e-3, ALIKE = 4, ROUNDED = 8 * DBL_EPSILON;
-/* Where steps have erred by less than is allowed (straight motions), so may a touch: times the sum of their errors. */
-static const double ERRORS = 4;
 
 struct track {
     signed char sign;          /* of the last value that was not 0; 0: none yet */
@@ -88,7 +86,7 @@ static double doubt_and_jump(struct ode_march *m, int e, double t, const double 
     memmove(y, x, (size_t)m->p->n * sizeof *y);
     double g = value_beside(&at, -1, 0), sum = 4 * DBL_EPSILON * fabs(g);
     for (int j = 0; j < m->p->n; j++)
-        sum += ode_beside_change(&b, g, j, told ? TOLD * fabs(y[j]) : ode_allowed(m->o->rtol, m->o->atol, m->unit[j], y[j], y[j]), jumps);
+        sum += ode_beside_change(&b, g, j, told ? ODE_TOLD * fabs(y[j]) : ode_allowed(m->o->rtol, m->o->atol, m->unit[j], y[j], y[j]), jumps);
     return sum;
 }
 
@@ -134,7 +132,7 @@ void ode_watch_start(struct ode_march *m)
         int side = m->p->event_side ? m->p->event_side[e] : ODE_SIDE_FRESH;
         k->jumps = false;
         k->least = doubt_and_jump(m, e, m->t, m->x, side != ODE_SIDE_FRESH, &k->jumps);
-        ode_beside_change(&(struct ode_beside){ value_beside, &(struct beside){ m, e, m->t }, m->p->n + 1 }, g, m->p->n, TOLD * time_size(m), &k->jumps);
+        ode_beside_change(&(struct ode_beside){ value_beside, &(struct beside){ m, e, m->t }, m->p->n + 1 }, g, m->p->n, ODE_TOLD * time_size(m), &k->jumps);
         k->before = g;
         k->carried = side == 1 || side == -1;
         k->jumps = k->carried ? fabs(g) > k->least && jumps_here(m, e) : k->jumps;
@@ -192,7 +190,7 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     value_at(m, e, s);
     double *x = m->watch->way.x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x) + flat;
     value_at(m, e, s);
-    unsure = fmin(unsure, flat + doubt_of(m, e, t, x, true) + ERRORS * ode_errors(m) * unsure);
+    unsure = fmin(unsure, flat + doubt_of(m, e, t, x, true) + ODE_ERRORS * ode_errors(m) * unsure);
     if (k->sign * g < -unsure) {
         add(m, e, root(m, e, left, ga, s, g), -k->sign);
         add(m, e, root(m, e, s, g, right, gb), k->sign);
@@ -210,7 +208,7 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
 /* By how much roundings of the time at which a step begins, a switch of the function, change it; `after`: its value at the next node. */
 static double by_time(const struct ode_march *m, double v, double after)
 {
-    return TOLD * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h) * fabs(after - v) / m->watch->table.theta[1];
+    return ODE_TOLD * fmax(fabs(m->t), fabs(m->t1)) / fabs(m->step.h) * fabs(after - v) / m->watch->table.theta[1];
 }
 
 static void scan(struct ode_march *m, int e)

@@ -75,6 +75,8 @@ void ode_kinks_end(struct ode_march *m)
     m->kinks = NULL;
 }
 
+bool ode_kinks_turned(const struct ode_march *m) { return m->kinks && m->t == m->kinks->turned_t; }
+
 bool ode_kinks_start(struct ode_march *m, double h)
 {
     if (!m->kinks)

@@ -51,6 +51,25 @@ static bool plainly_inside(const struct guard_table *w, int e, int s)
     return true;
 }
 
+/* Whether value v of switch e at a node tells its side: it is larger than what roundings make at the step's end, or where it is, which is less where the switch varies
+ * less. */
+static bool tells(struct ode_march *m, int e, int node, double v)
+{
+    struct ode_kinks *k = m->kinks;
+    const struct guard_table *w = &k->table;
+    if (fabs(v) > k->least[e] || node == 0 || node + 1 == w->nodes)
+        return fabs(v) > k->least[e];
+    size_t n = (size_t)m->p->n, both = 2 * (size_t)k->count;
+    double *kept = sga_malloc((both + n + 1) * sizeof *kept), *x = kept + both;
+    memcpy(kept, k->least, both * sizeof *kept);      /* and doubt */
+    m->method->dense_at(m->state, &m->step, w->theta[node], x);
+    kinks_grains(m, m->t + (w->theta[node] * m->step.h + m->t_low), x);
+    bool told = fabs(v) > k->least[e];
+    memcpy(k->least, kept, both * sizeof *kept);
+    free(kept);
+    return told;
+}
+
 /* The first place in the step where switch e leaves its side; 2: none; -1: the step is too long to tell. */
 static double crossing(struct ode_march *m, int e)
 {
@@ -65,13 +84,13 @@ static double crossing(struct ode_march *m, int e)
             last = -1;
             continue;
         }
-        if (armed && v < -least) {
+        if (armed && v < 0 && tells(m, e, i, v)) {
             if (last < 0)
                 return w->theta[i];
             double u = s * guard_value(w, last, e);
             return guard_root(&k->way.way, e, w->theta[last], s * u, w->theta[i], s * v, k->table.g);
         }
-        armed |= v > least;
+        armed = armed || (v > 0 && tells(m, e, i, v));
         last = v > 0 ? i : last;
     }
     double v = s * guard_value(w, w->nodes - 1, e);

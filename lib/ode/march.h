@@ -168,6 +168,8 @@ bool ode_kinks_enter(struct ode_march *m);
 void ode_kinks_look(struct ode_march *m);
 double ode_kinks_cut(const struct ode_march *m, double h);
 void ode_kinks_end(struct ode_march *m);
+/* Switches were turned at the present point. */
+bool ode_kinks_turned(const struct ode_march *m);
 /* After a refusal of a step of size h: true, it may be tried with nothing held. And then: all is held again. */
 bool ode_kinks_natural(struct ode_march *m, enum ode_refusal cause, double h);
 void ode_kinks_held(struct ode_march *m);
@@ -197,6 +199,12 @@ struct ode_way {
 void ode_way_begin(struct ode_way *w, struct ode_march *m, int count, void (*function)(void *, double, const double *, double *));
 const struct guard_way *ode_way_ready(struct ode_way *w);
 void ode_way_end(struct ode_way *w);
+/* Whether the problem goes on along the present step (ode_problem.along). */
+bool ode_goes_on_along(struct ode_march *m);
+/* Of a value's size: what does not tell from 0 where a motion goes on. Where steps have erred by less than is allowed (straight motions), so may what depends on
+ * them: times the sum of their errors. */
+#define ODE_TOLD (16 * DBL_EPSILON)
+#define ODE_ERRORS 4.0
 
 /* event.c: around the march; the start (x is set); after ode_sample: the events in the present
  * step are put into the result, and samples past one that stops are taken back. */

@@ -99,11 +99,13 @@ double ode_within(const struct ode_piece *piece, int pieces, int *at, double t, 
 
 /* A step that was tried: x(n) at the part s (0 to 1) of the way from t to t + h. */
 struct ode_path {
-    const void *march;
+    void *march;
     double t, h;
     void (*at)(const void *march, double s, double *x);
+    bool (*ready)(void *march);            /* asked once before `at` inside the step; false: it cannot be had, and the step is refused. NULL: it can */
+    double (*error)(const void *march, int j);         /* what x_j may be wrong by */
+    const double *f0, *f1;                 /* the field at both ends; NULL: not known */
 };
-
 
 struct ode_problem {
     int n;                     /* may be 0 */
@@ -176,8 +178,7 @@ struct ode_problem {
     /* Implicit steps on `equations` came to where none is short enough, and are made on rhs from the last point on: what trials beyond it have told of the end is
      * forgotten. May be NULL. */
     void (*otherwise)(void *ctx);
-    /* Before a step is taken of a method that has looked at few places of it: whether the field goes on along all of it. False: as when rhs
-     * is. May be NULL. */
+    /* Before a step is taken: whether the field goes on along all of it. False: as when rhs is. May be NULL. */
     bool (*along)(void *ctx, const struct ode_path *path);
     /* After a step that the field refused, before `refused`: it is sure to end at *t, which is so near that the way there is not worth its
      * steps (points there lose their digits). May be NULL. */

@@ -1,8 +1,10 @@
-/* A step as a way: its polynomial between its ends, and at the ends the states there, which were brought back to the constraints. */
+/* A step as a way, for what is watched here, and as a path, for what the problem watches itself: its polynomial between its ends, and at the ends the states there, which were
+ * brought back to the constraints. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
+#include "larger.h"
 #include "march.h"
 #include "mem.h"
 
@@ -35,3 +37,33 @@ const struct guard_way *ode_way_ready(struct ode_way *w)
 }
 
 void ode_way_end(struct ode_way *w) { free(w->x); }
+
+static void place(const void *march, double s, double *x)
+{
+    const struct ode_march *m = march;
+    if (s == 0 || s == 1)
+        sga_copy(x, s == 0 ? m->x : m->x1, m->p->n);
+    else
+        m->method->dense_at(m->state, &m->step, s, x);
+}
+
+static bool ready(void *march)
+{
+    struct ode_march *m = march;
+    m->dense_checked = m->dense_checked || m->method->dense_begin(m->state, &m->field, &m->step);
+    return m->dense_checked;
+}
+
+/* What is allowed, or what steps have erred by so far where that is less, and roundings. */
+static double error_of(const void *march, int j)
+{
+    const struct ode_march *m = march;
+    double allowed = ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x1[j]), size = sga_larger(fabs(m->x[j]), fabs(m->x1[j]));
+    return sga_smaller(1, ODE_ERRORS * ode_errors(m)) * allowed + ODE_TOLD * size;
+}
+
+bool ode_goes_on_along(struct ode_march *m)
+{
+    struct ode_path path = { .march = m, .t = m->t, .h = m->step.h, .at = place, .ready = ready, .error = error_of, .f0 = m->f, .f1 = m->f1 };
+    return m->p->along(m->p->ctx, &path) || ode_eval_refused(&m->field);
+}

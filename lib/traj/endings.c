@@ -178,6 +178,19 @@ static bool say_valued(const struct flow *f, const struct traj_request *rq, stru
     return true;
 }
 
+/* The end of a function's domain, which the motion would be back from within a step. */
+static bool say_border(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
+{
+    static const double SAME = 1e-6;
+    const struct field *field = &f->field;
+    if (field->border < 0 || !(fabs(field->border_t - r->ended_t) <= SAME * fabs(r->ended_t - rq->start)))
+        return false;
+    SGA_FREED char *text = expr_text(f->sys->store, field->guard_expr[field->border], 120);
+    r->ended_reason = "left_domain";
+    snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time %s is negative, and a function in the equations has no value there", text);
+    return true;
+}
+
 static bool by_numbers(enum ode_reason reason)
 {
     return reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH || reason == ODE_BLOW_UP || reason == ODE_STEP_LIMIT;
@@ -212,6 +225,8 @@ static void explain(struct flow *f, const struct traj_request *rq, enum ode_reas
         return;
     }
     if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH) && say_rounded(f, r))
+        return;
+    if ((reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH) && say_border(f, rq, r))
         return;
     if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
         return;

@@ -113,8 +113,8 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
-    *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .guess = rq->initial, .given = rq->given, .sys = sys, .rank = -1,
-                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .beyond = -1, .generic_rank = n - sol->free_columns };
+    *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .guess = rq->initial, .given = rq->given, .valued = rq->valued, .valueds = rq->valueds, .sys = sys, .rank = -1,
+                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .border = -1, .beyond = -1, .generic_rank = n - sol->free_columns };
     gauge_choice_make(&f->choice, sys, sol, rq);
     f->fast = !f->choice.why;
     if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)
@@ -135,7 +135,6 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     f->pole_from = sga_calloc((size_t)n + 1, sizeof(double));
     f->here = sga_calloc((size_t)n + 1, sizeof(double));
     f->home = sga_calloc((size_t)(n + f->pivots + f->poles) + 1, sizeof(double));
-    f->along = sga_calloc((size_t)f->chosen + 1, sizeof(double));
     ok = f->direct != NULL;
     if (ok)
         f->general = general_tape(f, inputs, err);
@@ -173,6 +172,8 @@ void field_hold(struct field *f, const signed char *side)
     num_tape_hold(f->direct, side);
     num_tape_hold(f->general, side);
     num_jacobian_hold(f->jac, side);
+    if (f->guard)
+        num_tape_hold(f->guard, side);
     if (f->slope)
         num_jacobian_hold(f->slope, side);
 }
@@ -202,6 +203,8 @@ void field_clear(struct field *f)
     free(f->here);
     free(f->home);
     free(f->along);
+    num_tape_free(f->guard);
+    free(f->guard_expr);
     free(f->general_out);
     free(f->alpha_value);
     free(f->sum);

@@ -44,8 +44,14 @@ struct field {
     double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
     double *home, home_t;             /* n: the last point that the motion has taken; then pivots' and poles' sides there */
-    double *along, along_t, along_h;  /* field_along.c: the pivots at the end of the last step tried, when that is, and how long the last good one was */
-    int along_calm;                   /* so many steps need no look */
+    /* field_along.c: roots of the tape are the pivots up to `chosen`, the poles, and what is negative beyond the ends of domains. */
+    struct num_tape *guard; int guards;
+    expr_id *guard_expr;
+    int border; double border_t;      /* the last end of a domain that was refused inside a step: its root, or -1, and when */
+    const expr_id *valued; int valueds;       /* what the motion's variables define has values too (traj_request); borrowed */
+    double *along;                    /* their values at the end of the last step looked at, and rates, */
+    double along_t, along_h;          /* when that is, and how long that step was; not a number: of none */
+    double along_calm;                /* for so long no step needs a look */
     double begin_t;                   /* the motion begins here */
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */
@@ -170,8 +176,9 @@ void field_forget_trial(struct field *f);
 /* On which side of each pivot's and denominator's zeros is (t, x)? direct_out is known. False: beyond a stratum
  * (lost_pivot) or a pole (lost_pole). */
 bool field_inside(struct field *f, double t, const double *x);
-/* field_along.c. Whether no pivot's zero inside the step from the last point that the motion has taken along path ends the motion; false: as after
- * field_eval. Cost: three evaluations, some more where pivots bend. */
+/* field_along.c. The guards, at a start that holds them in no switch; false: err is set. Whether none of them ends the motion inside the step from the last point that
+ * the motion has taken along path; false: as after field_eval. Cost: two evaluations of the guards where nothing was near lately, some fifty where something is. */
+bool field_guards_init(struct field *f, struct sga_error *err);
 bool field_along(struct field *f, const struct ode_path *path);
 /* fell_t as it is seen from the last point that the motion has taken. */
 void field_fall_refine(struct field *f);

@@ -227,6 +227,7 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     }
     free(v);
     assert(field_sane(f));
+    ok = ok && (f->whole || f->guard || field_guards_init(f, err));
     if (!ok && !err->stage[0])
         memcpy(err->stage, "trajectory", 11);
     return ok;

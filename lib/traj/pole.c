@@ -25,6 +25,7 @@ static const double BESIDE = 1e-2;                              /* of the variab
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
 static const double LEAST_FALL = 1e-3;  /* of the denominator, where a step is brought back to the constraints */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
+static const double LEAST_RATIO = 1.5, MOST_RATIO = 20, SAME_RATIO = 0.3;       /* of what grows, from a distance to half of it; powers from -2/3 to -4, and logarithms beside them */
 
 /* By expression: whether it is in the list already. */
 struct known { unsigned char *in; size_t cap; };
@@ -64,7 +65,8 @@ void field_find_poles(struct field *f, struct field_list *l)
     expr_cone_init(&cone);
     expr_cone_of(sys->store, &cone, root, at);
     for (int i = 0; i < cone.count; i++) {
-        expr_id d = expr_divisor(sys->store, cone.list[i]);
+        const struct expr_node e = sys->store->node[cone.list[i]];
+        expr_id d = e.op == EXPR_TAN ? expr_fun(sys->store, EXPR_COS, e.a) : expr_divisor(sys->store, cone.list[i]);
         if (d && !expr_is_const(sys->store, d))
             add(&met, d, &divisors);
     }
@@ -163,6 +165,28 @@ static double apart(const struct asked *a, const double *v, const double *w)
     return most;
 }
 
+/* Whether what grows towards z is a power of the distance, and no rounding of what cancels there ((1 - cos(d))/d^2): from the least distance on, doubling it makes the same
+ * of it each time. */
+static bool steady(struct asked *a, double side)
+{
+    enum { DOUBLINGS = 4 };
+    int n = a->f->n, most = 0;
+    const double *far = a->v[1], *near = a->v[2];
+    double *v = a->v[0], d, last, ratio = 0;
+    for (int j = 1; j < n; j++)
+        most = fabs(near[j] - far[j]) / a->unit[j] > fabs(near[most] - far[most]) / a->unit[most] ? j : most;
+    last = near[most] - far[most];
+    bool ok = n > 0;
+    for (int k = 1; k <= DOUBLINGS && ok; k++) {
+        ok = look(a, side * distance[DISTANCES - 1] * (1 << k), &d, v);
+        double now = v[most] - far[most], fall = last / now;
+        ratio = k == 1 ? fall : ratio;
+        ok = ok && fall > LEAST_RATIO && fall < MOST_RATIO && fabs(fall - ratio) < SAME_RATIO * ratio;
+        last = now;
+    }
+    return ok;
+}
+
 /* Does the field grow towards z from this side? */
 static bool grows(struct asked *a, double side)
 {
@@ -171,7 +195,7 @@ static bool grows(struct asked *a, double side)
         if (!look(a, side * distance[k], &d, a->v[k]))
             return false;
     double first = apart(a, a->v[1], a->v[0]), second = apart(a, a->v[2], a->v[1]);
-    return second > GROWTH * first && second > 0.5 * apart(a, a->v[2], NULL);
+    return second > GROWTH * first && (second > 0.5 * apart(a, a->v[2], NULL) || steady(a, side));
 }
 
 /* The sizes of variables and time, in which near is measured. */

@@ -299,18 +299,20 @@ static void place(const void *march, double s, double *x)
 {
     const struct precise_march *m = march;
     num_dd way = num_dd_sub(m->there.t, m->here.t), *at = m->sought;
-    if (s == 1)
-        at = m->there.x;
+    if (s == 0 || s == 1)
+        at = s == 0 ? m->here.x : m->there.x;
     else
         m->method->value(m->state, m, num_dd_add(m->here.t, num_dd_scale(way, s)), at);
     for (int j = 0; j < m->n; j++)
         x[j] = at[j].hi;
 }
 
-/* Whether no pivot's zero inside the step ends the motion. */
+static double error_of(const void *march, int j) { return ((const struct precise_march *)march)->scale[j]; }
+
+/* Whether nothing inside the step ends the motion. */
 static bool goes_on_along(struct precise_march *m)
 {
-    struct ode_path path = { m, m->here.t.hi, num_dd_sub(m->there.t, m->here.t).hi, place };
+    struct ode_path path = { .march = m, .t = m->here.t.hi, .h = num_dd_sub(m->there.t, m->here.t).hi, .at = place, .error = error_of };
     if (field_along(&m->p->flow->field, &path))
         return true;
     m->why = ODE_SINGULAR;

@@ -22,6 +22,7 @@
 #include "tape.h"
 
 #define AWAKE 1e4              /* roundings: a switch that was not held is off its surface */
+#define OFF_HARM 0.5           /* of the error allowed: what leaving a surface without a step may do */
 
 void precise_sides_begin(struct precise_march *m)
 {
@@ -183,13 +184,52 @@ static bool turn_together(struct expansions *w, struct precise_march *m, double 
         return false;
     precise_flip_pending(m);
     precise_set_scale(m, m->here.x);
-    if (!(m->p->turn ? precise_turn_to(m) : put_on_set(m)) || !precise_expand(w, m, &m->here, &w->here, size))
+    if (!(m->p->turn ? precise_turn_to(m) : put_on_set(m)))
+        return false;
+    m->why = ODE_LEFT_DOMAIN;
+    if (!precise_expand(w, m, &m->here, &w->here, size))
         return false;
     precise_grains(m, &m->here, &w->here);
     *slides = false;
     for (int e = 0; e < w->count; e++)
         *slides |= q->pending[e] && leads_to(w, m, e) == -q->side[e];
     return true;
+}
+
+/* On the sides beyond the field has no series on the surface, and has them beside it (sqrt(max(0, u)), as u grows from 0): here is moved on by as little as finds one, and by no
+ * more than does no harm. False: there is none so near, and here is as it was. */
+static bool step_off(struct expansions *w, struct precise_march *m, double size)
+{
+    static const double FURTHER = 16, FIRST = 1e8;        /* roundings: steps from there are not the shortest yet */
+    struct precise_point *q = &m->here;
+    size_t n = (size_t)m->n;
+    num_dd t = q->t, *x = memcpy(sga_malloc((n + 1) * sizeof *x), q->x, n * sizeof *x);
+    double way = FIRST * precise_grain(m, q), harm = 0, *f = sga_calloc(n + 1, sizeof *f);
+    bool ok = false;
+    for (size_t j = 0; j < n; j++)
+        m->xd[j] = x[j].hi;
+    if (!field_eval(&m->p->flow->field, t.hi, m->xd, f)) {        /* as from the side that the motion has come on */
+        precise_flip_pending(m);
+        field_eval(&m->p->flow->field, t.hi, m->xd, f);
+        precise_flip_pending(m);
+    }
+    for (; !ok && harm <= OFF_HARM && way < size; way *= FURTHER) {
+        q->t = num_dd_add_d(t, way * m->direction);
+        for (size_t j = 0; j < n; j++)
+            q->x[j] = num_dd_add_d(x[j], isfinite(f[j]) ? way * m->direction * f[j] : 0);
+        ok = precise_settle(m, q) && precise_expand(w, m, q, &w->here, size);
+        harm = 0;
+        for (size_t j = 0; j < n && ok; j++)
+            harm = fmax(harm, way * fabs(w->here.series[n + j].hi / w->here.scale) / m->scale[j]);
+        ok = ok && harm <= OFF_HARM;
+    }
+    if (!ok) {
+        q->t = t;
+        memcpy(q->x, x, n * sizeof *x);
+    }
+    free(x);
+    free(f);
+    return ok;
 }
 
 static bool turn(struct expansions *w, struct precise_march *m, double size)
@@ -216,9 +256,10 @@ static bool turn(struct expansions *w, struct precise_march *m, double size)
         q->pending[first] = 1;
         ok = turn_together(w, m, size, &slides);
     }
+    bool off = !ok && m->why == ODE_LEFT_DOMAIN && !m->p->turn && step_off(w, m, size);
     memset(q->pending, 0, (size_t)q->count);
-    if (ok)
-        return !slides || end_sliding(m);
+    if (ok || off)
+        return off || !slides || end_sliding(m);
     precise_end(m, m->why, m->why == ODE_NOT_SMOOTH ? "the motion has no derivative by what is asked for beyond this time: it touches the surface where the equations change, or comes to several at once"
                            : m->why == ODE_CONSTRAINT_LOST ? "the constraints jump here: no point near the solution satisfies those beyond this time"
                            : m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"

@@ -123,6 +123,35 @@ static void flat_dips(void)
     }
 }
 
+/* A dip beyond 0 in a function that cancels: its values are known to roundings of 1. */
+static long evaluations;
+static void cancelling(void *of, double s, double *g)
+{
+    const struct bump *b = of;
+    volatile double one = 1 - (pow(s - b->at, 2) + b->least);
+    evaluations++;
+    *g = 1 - one;
+}
+
+static void noise(void)
+{
+    for (int run = 0; run < 60; run++) {
+        struct bump b = { .at = 0.15 + 0.0116 * run, .least = -pow(10, -6 - run % 7) };
+        struct guard_way way = { .count = 1, .at = cancelling, .of = &b, .grain = 1e-15 };
+        struct guard_table t;
+        evaluations = 0;
+        guard_table_init(&t, 1);
+        guard_table_fill(&t, &way);
+        guard_table_monotone(&t, &way);
+        bool beyond = false;
+        for (int i = 0; i < t.nodes; i++)
+            beyond |= guard_value(&t, i, 0) < 0.5 * b.least;
+        CHECK(beyond, "run %d", run);
+        CHECK(evaluations < 500, "run %d: %ld evaluations", run, evaluations);
+        guard_table_clear(&t);
+    }
+}
+
 /* No value before `from`. */
 static void root_of(void *of, double s, double *g) { *g = s < *(double *)of ? NAN : sin(40 * s) - 0.3; }
 
@@ -165,6 +194,7 @@ int main(void)
     clusters();
     extremes();
     flat_dips();
+    noise();
     partly_undefined();
     ends();
     return CHECK_END();
