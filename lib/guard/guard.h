@@ -21,8 +21,10 @@ struct guard_way {
     void (*at)(void *of, double s, double *g);
     /* The same where the way begins (false) and ends (true): the points there may lie beside what `at` gives, by what steps are corrected by. NULL: as at. */
     void (*end)(void *of, bool end, double *g);
+    bool from_end;             /* extremes between an end and the node beside it are looked for too, where what `end` gives may make some */
     void *of;
     double grain;              /* of the way, > 0: places are not told apart that are nearer */
+    const double *noise;       /* by function: what its values are uncertain by, beside some roundings of the largest one; NULL: nothing */
     const struct sga_budget *budget;       /* told where a limit is met; may be NULL */
 };
 
@@ -64,5 +66,13 @@ struct guard_dip { double a, at, b, value; int function, sense; };
 /* The place moves to the least value between a and b, to `near` of the way or until that is below `enough`. Golden sections; the values need not be smooth.
  * g: work. */
 void guard_least(const struct guard_way *way, struct guard_dip *d, double near, double enough, double *g);
+
+/* A function at both ends of a way: values, and derivatives by s. */
+struct guard_ends { double start, rate, last, last_rate; };
+/* The cubic of these has one sign, and comes to no less than half of the lesser value. And: the function is that cubic, more or less, as its value at s in (0, 1) tells. Both: it
+ * does not come near 0, as far as it varies no faster than the way. */
+bool guard_stays(const struct guard_ends *e);
+double guard_lowest(const struct guard_ends *e, double side);      /* of side times that cubic */
+bool guard_fits(const struct guard_ends *e, double s, double value);
 
 #endif

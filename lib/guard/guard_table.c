@@ -12,6 +12,8 @@
 
 enum { FIRST_PARTS = 8, MOST_PARTS = SGA_MOST_TABLE_PARTS, PROBES = 11 };
 #define RESOLVED 1e-3          /* of the range: how well values between nodes are predicted */
+#define FAR 2.0                /* times its changes from 0: what a function does then is of no matter */
+#define ROUNDINGS 8.0          /* of the place, in a value */
 #define SAME 1e-7              /* of a step: extremes of several functions at one place make one node */
 #define EDGE 1e-3              /* of a part: nodes beside the ends, for the slopes there */
 
@@ -99,7 +101,8 @@ static bool predicted(struct guard_table *t, const struct guard_way *way, int pa
         for (size_t e = 0; e < count; e++) {
             double low = t->low[e], high = t->high[e];
             double miss = fabs(g[e] - cubic(v[e], v[count + e], v[2 * count + e], v[3 * count + e], at - whole));
-            if (miss > RESOLVED * (high - low) + 1e-13 * fmax(fabs(low), fabs(high)))
+            bool far = low * high > 0 && fmin(fabs(low), fabs(high)) > FAR * (high - low + miss);
+            if (!far && miss > (RESOLVED + ROUNDINGS * way->grain) * (high - low) + 1e-13 * fmax(fabs(low), fabs(high)) + (way->noise ? 2 * way->noise[e] : 0))
                 return false;
         }
     }
@@ -157,12 +160,12 @@ static void insert(struct guard_table *t, const struct guard_way *way, int at, d
 void guard_table_monotone(struct guard_table *t, const struct guard_way *way)
 {
     guard_table_turns(t, way);
-    int at = way->end ? 2 : 1;         /* ends that lie beside the way are not compared with what is on it */
+    int at = way->from_end ? 1 : 2;
     for (int k = 0; k < t->turns; k++) {
         double theta = t->turn[k];
         while (at < t->nodes - 1 && t->theta[at] < theta)
             at++;
-        if (theta - t->theta[at - 1] > SAME && t->theta[at] - theta > SAME && (!way->end || (t->theta[at - 1] > 0 && t->theta[at] < 1)))
+        if (theta - t->theta[at - 1] > SAME && t->theta[at] - theta > SAME && (way->from_end || (t->theta[at - 1] > 0 && t->theta[at] < 1)))
             insert(t, way, at, theta);
     }
     assert(guard_table_sane(t));

@@ -18,6 +18,7 @@
  * waves of more than 30 lengths in a step, of which the coefficients still tell the extremes as far as table.c follows. */
 enum { N = 16, HALVINGS = 6, SPLITS = 24, BISECTIONS = 30 };
 #define NOISE (64 * DBL_EPSILON)                /* of the largest value: what coefficients fall to */
+#define ROUNDINGS 8.0                           /* of the place, in a value */
 #define LITTLE 1e-6                             /* of the largest value: what noise is at the most, */
 #define FALLS 0.85                              /* and the part of what it was before a piece was halved (a cube root: 0.8) */
 #define FEW_DIGITS 1e-8                         /* the same where factors have lost digits of their own */
@@ -239,7 +240,7 @@ void guard_table_turns(struct guard_table *t, const struct guard_way *way)
     double a = 0, width = 1;
     t->turns = t->quiets = 0;
     for (int e = 0; e < t->count; e++)
-        t->noise[e] = NOISE * fmax(fabs(t->low[e]), fabs(t->high[e]));
+        t->noise[e] = NOISE * fmax(fabs(t->low[e]), fabs(t->high[e])) + ROUNDINGS * way->grain * (t->high[e] - t->low[e]) + (way->noise ? 2 * way->noise[e] : 0);
     while (a < 1) {
         for (int e = 0; e < t->count; e++)
             t->tail[e] = INFINITY;

@@ -54,6 +54,7 @@ void ode_kinks_begin(struct ode_march *m)
     k->f = k->x + n;
     k->mid = k->f + n;
     ode_way_begin(&k->way, m, k->count, m->p->switching);
+    k->way.way.from_end = true;        /* a step may begin on a surface that the motion is beyond for a moment */
     guard_table_init(&k->table, k->count);
 }
 

@@ -35,20 +35,16 @@ static bool far_from_all(struct ode_march *m)
     return far;
 }
 
-/* All values are on the side of switch e, none with a minimum that could be beyond. */
-static bool plainly_inside(const struct guard_table *w, int e, int s)
+/* Switch e stays on its side, as far as its values and rates at the ends, and at the nodes between, tell. */
+static bool plainly_inside(const struct ode_march *m, int e)
 {
-    for (int i = 0; i < w->nodes; i++) {
-        double v = s * guard_value(w, i, e);
-        if (!(v > 0))
-            return false;
-        if (i == 0 || i + 1 == w->nodes)
-            continue;
-        double before = s * guard_value(w, i - 1, e), after = s * guard_value(w, i + 1, e);
-        if (v < before && v <= after && v < 2 * fmax(before - v, after - v))
-            return false;
-    }
-    return true;
+    const struct ode_kinks *k = m->kinks;
+    const struct guard_table *w = &k->table;
+    struct guard_ends ends = { k->g[e], m->step.h * k->rate[e], k->g1[e], m->step.h * k->rate1[e] };
+    bool inside = k->side[e] * k->g[e] > 0 && guard_stays(&ends);
+    for (int i = 0; i < w->nodes && inside; i++)
+        inside = guard_fits(&ends, w->theta[i], guard_value(w, i, e));
+    return inside;
 }
 
 /* Whether value v of switch e at a node tells its side: it is larger than what roundings make at the step's end, or where it is, which is less where the switch varies
@@ -136,16 +132,19 @@ static double harm(struct ode_march *m, int e, double rest)
     return known ? sqrt(sum / m->p->n) : 0;      /* no field there: as near as it gets */
 }
 
-/* All along the step g is no further from 0 than errors may take it (x - y where a constraint says that y = x): its changes
- * of sign mean nothing, where the field does not jump there. */
+/* All along the step g is no further from 0 than errors may take it. */
+static bool stays_near(const struct ode_kinks *k, int e)
+{
+    bool near = true;
+    for (int i = 0; i < k->table.nodes; i++)
+        near &= fabs(guard_value(&k->table, i, e)) <= k->doubt[e];
+    return near;
+}
+
+/* So it does (x - y where a constraint says that y = x): its changes of sign mean nothing, where the field does not jump there. */
 static bool rests(struct ode_march *m, int e)
 {
-    const struct ode_kinks *k = m->kinks;
-    const struct guard_table *w = &k->table;
-    bool near = true;
-    for (int i = 0; i < w->nodes; i++)
-        near &= fabs(guard_value(w, i, e)) <= k->doubt[e];
-    if (!near)
+    if (!stays_near(m->kinks, e))
         return false;
     double sum = 0, jump = harm(m, e, 1);
     for (int j = 0; j < m->p->n; j++) {
@@ -211,16 +210,18 @@ enum ode_refusal ode_kinks_step(struct ode_march *m)
     guard_table_fill(&k->table, ode_way_ready(&k->way));
     double first = 2, cut = 2, h = fabs(m->step.h);
     int which = -1, there = -1;
-    bool known = false;
+    bool known = false, turns = false;
     for (int e = 0; e < k->count; e++) {
         k->theta[e] = 2;
-        if (!k->side[e] || (!k->fresh[e] && plainly_inside(&k->table, e, k->side[e])))
+        if (!k->side[e] || (!k->fresh[e] && plainly_inside(m, e)))
             continue;
-        if (!known) {
+        if (!known)
             kinks_grains(m, m->t1, m->x1);
-            guard_table_monotone(&k->table, &k->way.way);
-        }
         known = true;
+        if (!turns && !stays_near(k, e)) {
+            guard_table_monotone(&k->table, &k->way.way);
+            turns = true;
+        }
         double theta = crossing(m, e);
         if (theta < 2 && rests(m, e)) {
             k->pending[e] = REST;

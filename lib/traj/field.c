@@ -203,6 +203,7 @@ void field_clear(struct field *f)
     free(f->here);
     free(f->home);
     free(f->along);
+    free(f->along_free);
     num_tape_free(f->guard);
     free(f->guard_expr);
     free(f->general_out);

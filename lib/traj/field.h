@@ -49,9 +49,10 @@ struct field {
     expr_id *guard_expr;
     int border; double border_t;      /* the last end of a domain that was refused inside a step: its root, or -1, and when */
     const expr_id *valued; int valueds;       /* what the motion's variables define has values too (traj_request); borrowed */
-    double *along;                    /* their values at the end of the last step looked at, and rates, */
+    double *along; unsigned char *along_free;      /* their values at the end of the last step looked at, and rates (then work), */
     double along_t, along_h;          /* when that is, and how long that step was; not a number: of none */
-    double along_calm;                /* for so long no step needs a look */
+    double along_calm;                /* for so long no step needs a look, */
+    bool along_stages;                /* of these methods (ode_path) */
     double begin_t;                   /* the motion begins here */
     double start_t;                   /* each solution (there may be two) begins here */
     struct manifold *manifold;        /* to look for the place of a change of sign; borrowed */

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "domain_ends.h"
 #include "field.h"
 #include "guard.h"
@@ -19,8 +20,6 @@
 
 static const double PROBE = 1e-4;      /* of a step: for the rates at its ends */
 static const double INSIDE = 0.38;     /* of a step: no simple fraction, for what comes again and again */
-static const double DIP = 0.5;         /* of its least value: where a function comes to less between, it is looked at; */
-static const double WILD = 0.25;       /* of the same: and where it is not the cubic of its values and rates by so much, whose error is nowhere more than 1.2 times that */
 static const double LONGER = 1.5;      /* than the step before: what varies in it need not show at its ends (a whole period). */
 static const double CALM_STEPS = 3;    /* After one in which nothing was near so many need no look, */
 static const double CALM_PART = 0.2;   /* and no more than this part of the way to a zero at the largest rate */
@@ -52,7 +51,8 @@ bool field_guards_init(struct field *f, struct sga_error *err)
     if (f->guards) {
         int *inputs = field_inputs(f->sys);
         f->guard = num_tape_new_switched(f->sys->store, field_switches(f), l.e, l.count, inputs, f->n + 1, err);
-        f->along = sga_calloc(2 * (size_t)f->guards, sizeof *f->along);
+        f->along = sga_calloc(7 * (size_t)f->guards + (size_t)f->n, sizeof *f->along);
+        f->along_free = sga_calloc((size_t)f->guards, 1);
         ok = f->guard != NULL;
         free(inputs);
     }
@@ -183,7 +183,9 @@ static double calm(const struct along *a)
     double part = CALM_STEPS;
     for (int k = 0; k < a->f->guards; k++) {
         double least = nearest(a, k), most = speed(a, k);
-        if (!a->free[k] && isfinite(most) && !(least > most))
+        if (a->free[k])
+            continue;
+        if (isfinite(most) && !(least > most))
             return 0;
         if (most > 0)
             part = sga_smaller(part, CALM_PART * least / most);
@@ -191,54 +193,66 @@ static double calm(const struct along *a)
     return part;
 }
 
-/* The cubic through the values and rates at both ends is start + rate s + bend s^2 + twist s^3. */
-struct cubic { double start, rate, bend, twist; };
-
-static double cubic_at(const struct cubic *c, double s) { return c->start + s * (c->rate + s * (c->bend + s * c->twist)); }
-
-static struct cubic cubic_of(const struct along *a, int k)
-{
-    double way = a->last[k] - a->start[k], r0 = a->rate[k], r1 = a->last_rate[k];
-    return (struct cubic){ a->start[k], r0, 3 * way - 2 * r0 - r1, r0 + r1 - 2 * way };
-}
-
-/* The least of side times the cubic between 0 and 1. */
-static double cubic_least(const struct cubic *c, double side)
-{
-    double least = sga_smaller(side * c->start, side * cubic_at(c, 1)), root = c->bend * c->bend - 3 * c->twist * c->rate;
-    if (root < 0)
-        return least;
-    double q = -c->bend - copysign(sqrt(root), c->bend), place[2] = { q / (3 * c->twist), c->rate / q };
-    for (int i = 0; i < 2; i++)
-        if (place[i] > 0 && place[i] < 1)
-            least = sga_smaller(least, side * cubic_at(c, place[i]));
-    return least;
-}
-
-/* Every function that has one sign at both ends is the cubic of its values and rates there, more or less, and that does not come near 0. value: at INSIDE. */
+/* Every function that has one sign at both ends stays there, as far as these and its value at INSIDE tell. */
 static bool plain(const struct along *a, const double *value)
 {
     bool ok = true;
     for (int k = 0; k < a->f->guards && ok; k++) {
-        if (a->free[k] || !isfinite(speed(a, k)))
-            continue;
-        struct cubic c = cubic_of(a, k);
-        double least = nearest(a, k);
-        ok = cubic_least(&c, a->start[k] < 0 ? -1 : 1) > DIP * least && fabs(value[k] - cubic_at(&c, INSIDE)) < WILD * least;
+        struct guard_ends e = { a->start[k], a->rate[k], a->last[k], a->last_rate[k] };
+        ok = a->free[k] || !isfinite(speed(a, k)) || (guard_stays(&e) && guard_fits(&e, INSIDE, value[k]));
     }
     return ok;
 }
 
-static bool tabulated(struct along *a, const struct guard_way *way)
+/* What roundings of the state change the functions by, at the step's end. g: work. */
+static void find_noise(struct along *a, double *noise, double *g)
+{
+    struct field *f = a->f;
+    at(a, 1, g);
+    memset(noise, 0, (size_t)f->guards * sizeof *noise);
+    for (int j = 0; j < f->n; j++) {
+        double keep = f->in[j];
+        f->in[j] += 2 * DBL_EPSILON * fabs(keep);
+        num_tape_eval(f->guard, f->in, g);
+        for (int k = 0; k < f->guards; k++)
+            noise[k] += isfinite(g[k]) ? fabs(g[k] - a->last[k]) : 0;
+        f->in[j] = keep;
+    }
+}
+
+static bool tabulated(struct along *a, struct guard_way *way)
 {
     struct guard_table t;
     bool ok = true;
     guard_table_init(&t, way->count);
+    SGA_FREED double *noise = sga_malloc((size_t)way->count * sizeof *noise);
+    find_noise(a, noise, t.g);
+    way->noise = noise;
     guard_table_fill(&t, way);
     guard_table_monotone(&t, way);
     for (int i = 1; i < t.nodes && ok; i++)       /* in their order: of several zeros the first is asked */
         ok = look(a, way, t.theta[i], t.value + (size_t)i * (size_t)t.count, t.g);
     guard_table_clear(&t);
+    return ok;
+}
+
+/* The end of the step was found well: what is known of it stays where nothing ends the motion before. */
+static bool asked(struct along *a, struct guard_way *way)
+{
+    struct field *f = a->f;
+    size_t n = (size_t)f->n, pivots = (size_t)f->pivots, poles = (size_t)f->poles;
+    double t = f->here_t, *kept = sga_malloc((n + pivots + poles + 1) * sizeof *kept);
+    memcpy(kept, f->here, n * sizeof *kept);
+    sga_copy(kept + n, f->pivot_side, f->pivots);
+    sga_copy(kept + n + pivots, f->pole_side, f->poles);
+    bool ok = tabulated(a, way);
+    if (ok) {
+        memcpy(f->here, kept, n * sizeof *kept);
+        f->here_t = t;
+        sga_copy(f->pivot_side, kept + n, f->pivots);
+        sga_copy(f->pole_side, kept + n + pivots, f->poles);
+    }
+    free(kept);
     return ok;
 }
 
@@ -248,10 +262,10 @@ static bool goes_on(struct along *a, double *g, double *quiet)
     struct field *f = a->f;
     const struct ode_path *p = a->path;
     double end = fabs(p->t) + fabs(p->h);
-    struct guard_way way = { .count = f->guards, .at = at, .of = a, .grain = 2 * DBL_EPSILON * end / fabs(p->h) };
+    struct guard_way way = { .count = f->guards, .at = at, .from_end = true, .of = a, .grain = 2 * DBL_EPSILON * end / fabs(p->h) };
     *quiet = 0;
-    for (int k = 0; k < f->guards; k++)       /* on it, or beyond the end of a domain by roundings */
-        a->free[k] = ends_domain(f, k) ? a->start[k] < 0 : a->start[k] == 0;
+    for (int k = 0; k < f->guards; k++)       /* seen; on it, or beyond the end of a domain by roundings */
+        a->free[k] = (p->stages && k < f->chosen) || (ends_domain(f, k) ? a->start[k] < 0 : a->start[k] == 0);
     *quiet = calm(a);
     bool longer = fabs(p->h) > LONGER * f->along_h;
     if (*quiet > 0 && !longer)
@@ -261,47 +275,36 @@ static bool goes_on(struct along *a, double *g, double *quiet)
         return false;
     }
     at(a, INSIDE, g);
-    return (!longer && plain(a, g)) || tabulated(a, &way);
+    return (!longer && plain(a, g)) || asked(a, &way);
 }
 
 bool field_along(struct field *f, const struct ode_path *path)
 {
-    size_t n = (size_t)f->n, c = (size_t)f->guards, watched = (size_t)(f->pivots + f->poles);
-    if (!c)
+    size_t c = (size_t)f->guards;
+    if (!c || (path->stages && f->guards == f->chosen))
         return true;
     assert(fabs(path->t - f->home_t) <= 8 * DBL_EPSILON * fabs(path->t));       /* what is known is of the begin of the step */
-    double end = path->t + path->h, size = fabs(path->h);
-    if (fabs(end - f->along_t) <= f->along_calm && size <= LONGER * f->along_h)
+    double end = path->t + path->h, size = fabs(path->h), quiet, *room = f->along + 2 * c;
+    if (fabs(end - f->along_t) <= f->along_calm && size <= LONGER * f->along_h && f->along_stages == path->stages)
         return true;
-    double *work = sga_malloc((n + n + 1 + watched + 5 * c) * sizeof *work), *kept = work + n, *start = kept + n + 1 + watched, quiet;
-    struct along a = { .f = f, .path = path, .x = work, .start = start, .rate = start + c, .last = start + 2 * c, .last_rate = start + 3 * c,
-                       .free = sga_calloc(c, 1) };
-    memcpy(kept, f->here, n * sizeof *kept);       /* the end of the step was found well: what is known of it stays */
-    kept[n] = f->here_t;
-    memcpy(kept + n + 1, f->pivot_side, (size_t)f->pivots * sizeof *kept);
-    memcpy(kept + n + 1 + f->pivots, f->pole_side, (size_t)f->poles * sizeof *kept);
+    struct along a = { .f = f, .path = path, .start = room, .rate = room + c, .last = room + 2 * c, .last_rate = room + 3 * c, .x = room + 5 * c, .free = f->along_free };
     if (f->home_t == f->along_t && f->along_h > 0) {
-        memcpy(a.start, f->along, c * sizeof *a.start);
+        sga_copy(a.start, f->along, f->guards);
         for (size_t k = 0; k < c; k++)
             a.rate[k] = f->along[c + k] * path->h;
     } else {
         at_end(&a, false, a.start, a.rate);
     }
     at_end(&a, true, a.last, a.last_rate);
-    bool ok = goes_on(&a, start + 4 * c, &quiet);
+    bool ok = goes_on(&a, room + 4 * c, &quiet);
     f->along_t = ok ? end : NAN;
     if (ok) {
-        memcpy(f->along, a.last, c * sizeof *a.last);
+        sga_copy(f->along, a.last, f->guards);
         for (size_t k = 0; k < c; k++)
             f->along[c + k] = a.last_rate[k] / path->h;
         f->along_h = size;
+        f->along_stages = path->stages;
         f->along_calm = quiet * size;
-        memcpy(f->here, kept, n * sizeof *kept);
-        f->here_t = kept[n];
-        memcpy(f->pivot_side, kept + n + 1, (size_t)f->pivots * sizeof *kept);
-        memcpy(f->pole_side, kept + n + 1 + f->pivots, (size_t)f->poles * sizeof *kept);
     }
-    free(a.free);
-    free(work);
     return ok;
 }
