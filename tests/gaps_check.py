@@ -56,6 +56,7 @@ def drawn(rng, tolerance):
         ("square", f"y = sqrt(({p})^2)", "y", None, None, 0, []),
         ("no pole", f"z' = sin({p})/({p})", None, None, None, None, []),
         ("no gap", f"z' = sqrt(max(0, {p}))", None, None, None, None, []),
+        ("root begins", f"z' = sqrt(max(0, {s} - {zeros[0]!r}))", None, None, None, None if way == "swing" else 2 / 3 * (1.1 - zeros[0]) ** 1.5, []),
         ("event", "", None, None, None, 0, [{"name": "zero", "expression": p, "action": "record"}]),
     ])
     variables = base[0] + ["z"] + ([variable] if variable else [])

@@ -17,7 +17,6 @@
 
 static const double BAND = 40, SEEN = 4, FURTHER = 8;      /* SEEN: e^4 times what an end shows is not seen there */
 static const double PROBE = 1e-4;          /* of a step: for the rates at its ends */
-static const double INSIDE = 0.38;         /* of a step: where arguments are looked at first */
 
 struct ode_bands {
     int count;
@@ -89,14 +88,6 @@ static double place_of(const struct ode_band_way *w, struct guard_table *t, int 
     return 2;
 }
 
-/* Argument k, whose value at INSIDE this is, stays away from 0 between ends that lie on one side, as far as these and it tell. */
-static bool stays_away(const struct ode_band_way *w, int k, double value)
-{
-    struct guard_ends e = { w->a[k], w->rate[k], w->a1[k], w->rate1[k] };
-    double s = w->a[k] > 0 ? 1 : -1;
-    return guard_fits(&e, INSIDE, value) && guard_lowest(&e, s) >= fmin(BAND, fmin(s * w->a[k], s * w->a1[k]) - SEEN);
-}
-
 int ode_band_outside(int count, const double *a, const double *a1)
 {
     int most = 0;
@@ -127,12 +118,10 @@ double ode_band_place(const struct ode_band_way *w)
     double first = 2;
     struct guard_table t;
     guard_table_init(&t, w->way->count);
-    double *inside = sga_malloc(((size_t)w->way->count + 1) * sizeof *inside);
-    w->way->at(w->way->of, INSIDE, inside);
     for (int k = 0; k < w->way->count; k++) {
         if (side(w->a[k]) * side(w->a1[k]) < 0) {
             first = fmin(first, guard_root(w->way, k, 0, w->a[k], 1, w->a1[k], t.g));
-        } else if (moves(w, k) && !stays_away(w, k, inside[k])) {
+        } else if (moves(w, k)) {
             if (!t.nodes) {
                 guard_table_fill(&t, w->way);
                 guard_table_monotone(&t, w->way);
@@ -140,7 +129,6 @@ double ode_band_place(const struct ode_band_way *w)
             first = fmin(first, place_of(w, &t, k));
         }
     }
-    free(inside);
     guard_table_clear(&t);
     return first < 1 ? first : 2;
 }

@@ -1,6 +1,7 @@
 /* One solution in double-double: from point to point by the steps that a method makes, with
  * samples inside of them, to the last time or to where and why it ends. */
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,6 +29,7 @@
 #define AT_ENDING 1e-7          /* of the way made: a sample this near to an ending is not asked for */
 #define GROWN 30.0
 #define HUGE_STATE 1e280        /* products of halves overflow not far beyond */
+#define ROUNDINGS_ON 16.0      /* of time */
 #define LOOK_EVERY 500
 #define LOOKS 4
 #define BEYOND_HOPE 2.0
@@ -69,13 +71,29 @@ num_dd precise_after(const struct precise_march *m, num_dd h)
     return num_dd_sub(precise_goal_rest(m), h).hi == 0 ? goal(m) : num_dd_add(m->here.t, h);
 }
 
+/* The field at q in double; or, where that has none by roundings (just inside the domain of a root), a little further on. */
+static bool has_field(struct precise_march *m, const struct precise_point *q)
+{
+    struct field *f = &m->p->flow->field;
+    for (int j = 0; j < m->n; j++)
+        m->xd[j] = q->x[j].hi;
+    bool ok = field_eval(f, q->t.hi, m->xd, m->fd);
+    if (ok || f->rank_lost || f->contradiction || !m->sides.count || m->sides.natural)
+        return ok;
+    double on = ROUNDINGS_ON * DBL_EPSILON * m->direction * fmax(fabs(q->t.hi), fabs(num_dd_sub(q->t, m->p->start).hi));
+    double *x = sga_malloc(((size_t)m->n + 1) * sizeof *x);
+    for (int j = 0; j < m->n; j++)
+        x[j] = m->xd[j] + on * m->rate[j];
+    ok = field_eval(f, q->t.hi + on, x, m->fd);
+    free(x);
+    return ok;
+}
+
 /* The field has a value at q that the rank and the pivots' signs allow. */
 static bool allowed(struct precise_march *m, const struct precise_point *q)
 {
     struct flow *f = m->p->flow;
-    for (int j = 0; j < m->n; j++)
-        m->xd[j] = q->x[j].hi;
-    if (field_eval(&f->field, q->t.hi, m->xd, m->fd)) {
+    if (has_field(m, q)) {
         m->why = ODE_LEFT_DOMAIN;
         if (!flow_valued(f, q->t.hi, m->xd))
             return false;

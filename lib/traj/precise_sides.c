@@ -121,7 +121,7 @@ static bool put_on_set(struct precise_march *m)
             memcpy(q->x, old, n * sizeof *old);
         for (size_t j = 0; j < n && !ok; j++)
             m->xd[j] = old[j].hi;
-        if (!ok && manifold_residual(&f->manifold, q->t.hi, m->xd, NULL, NULL) >= 0)      /* they have values, and none of the points is near */
+        if (!ok && f->manifold.c && manifold_residual(&f->manifold, q->t.hi, m->xd, NULL, NULL) >= 0)      /* they have values, and none of the points is near */
             why = ODE_CONSTRAINT_LOST;
     }
     m->why = ok ? m->why : why;
@@ -217,15 +217,16 @@ static bool step_off(struct expansions *w, struct precise_march *m, double size)
         q->t = num_dd_add_d(t, way * m->direction);
         for (size_t j = 0; j < n; j++)
             q->x[j] = num_dd_add_d(x[j], isfinite(f[j]) ? way * m->direction * f[j] : 0);
-        ok = precise_settle(m, q) && precise_expand(w, m, q, &w->here, size);
+        ok = precise_settle(m, q) && precise_expand(w, m, q, &w->here, fmin(size, way));
         harm = 0;
         for (size_t j = 0; j < n && ok; j++)
-            harm = fmax(harm, way * fabs(w->here.series[n + j].hi / w->here.scale) / m->scale[j]);
+            harm = fmax(harm, way * fabs(w->here.series[n + j].hi / w->here.scale - (isfinite(f[j]) ? f[j] : 0)) / m->scale[j]);
         ok = ok && harm <= OFF_HARM;
     }
     if (!ok) {
         q->t = t;
         memcpy(q->x, x, n * sizeof *x);
+        m->why = ODE_LEFT_DOMAIN;
     }
     free(x);
     free(f);
