@@ -227,6 +227,8 @@ static bool step_off(struct expansions *w, struct precise_march *m, double size)
         q->t = t;
         memcpy(q->x, x, n * sizeof *x);
         m->why = ODE_LEFT_DOMAIN;
+    } else {
+        field_keep_sides(&m->p->flow->field, q->t.hi, m->xd);
     }
     free(x);
     free(f);
