@@ -25,7 +25,7 @@ static const double BESIDE = 1e-2;                              /* of the variab
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
 static const double LEAST_FALL = 1e-3;  /* of the denominator, where a step is brought back to the constraints */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
-static const double LEAST_RATIO = 1.5, MOST_RATIO = 20, SAME_RATIO = 0.3;       /* of what grows, from a distance to half of it; powers from -2/3 to -4, and logarithms beside them */
+static const double SLOWEST = 1.5, FASTEST = 20, SAME_RATIO = 0.3;       /* of what grows, from a distance to half of it; powers from -2/3 to -4, and logarithms beside them */
 
 /* By expression: whether it is in the list already. */
 struct known { unsigned char *in; size_t cap; };
@@ -181,7 +181,7 @@ static bool steady(struct asked *a, double side)
         ok = look(a, side * distance[DISTANCES - 1] * (1 << k), &d, v);
         double now = v[most] - far[most], fall = last / now;
         ratio = k == 1 ? fall : ratio;
-        ok = ok && fall > LEAST_RATIO && fall < MOST_RATIO && fabs(fall - ratio) < SAME_RATIO * ratio;
+        ok = ok && fall > SLOWEST && fall < FASTEST && fabs(fall - ratio) < SAME_RATIO * ratio;
         last = now;
     }
     return ok;
