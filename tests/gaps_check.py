@@ -32,7 +32,7 @@ def integral(zeros):
 
 def drawn(rng, tolerance):
     """Name, variables, equations, start, events; when it ends (None: it does not) and by which reasons; what z is at the end; how many events."""
-    width = 10 ** rng.uniform(max(-5, math.log10(100 * tolerance)), -2)
+    width = 10 ** rng.uniform(max(-5, math.log10(300 * tolerance)), -2)
     at, pairs = round(rng.uniform(0.2, 0.8), 3), rng.choice([1, 1, 2])
     zeros = [at + width * k * rng.uniform(0.8, 1) for k in range(2 * pairs)]
     way = rng.choice(["time", "line", "swing"])

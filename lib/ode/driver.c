@@ -12,6 +12,7 @@
 #include "mem.h"
 
 #define BREAK_PART 0.41
+#define ITERATED 0.1           /* of the error allowed: iterations of implicit steps leave less */
 #define ENOUGH 0.3             /* of the time that is left */
 #define FIRST_SERIES 1000.0    /* times longer than usual: a bound for the first step */
 
@@ -281,12 +282,15 @@ double ode_errors(const struct ode_march *m)
     return m->errors + (m->method->implicit ? fmax(1, m->step.error) : m->step.error);
 }
 
+double ode_erred(const struct ode_march *m) { return m->erred + (m->method->implicit ? fmax(ITERATED, m->step.error) : m->step.error); }
+
 static void commit(struct ode_march *m, double h, int through)
 {
     struct ode_stats *s = &m->res->stats;
     assert(m->step.h * m->direction > 0);       /* it may be shorter than asked for, and does not turn round */
     s->steps++;
     m->errors = ode_errors(m);
+    m->erred = ode_erred(m);
     s->smallest_step = s->smallest_step > 0 ? sga_smaller(s->smallest_step, h) : h;
     s->largest_step = sga_larger(s->largest_step, h);
     s->implicit_steps += m->method->implicit;

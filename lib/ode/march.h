@@ -67,7 +67,8 @@ struct ode_march {
     int next_piece;                 /* of p->piece: the one where the motion is */
     double piece;                   /* distance from break to break, where there are any; else INFINITY */
     double error;                   /* of the last step, against what it had to meet */
-    double errors;                  /* of all steps before, each in units of what it was allowed */
+    double errors;                  /* of all steps before, each in units of what it was allowed, */
+    double erred;                   /* and with what iterations leave at the most, not what they are allowed */
     bool dense_checked;             /* in this step */
     double dense_ratio;             /* by what steps are shorter that samples may lie inside of */
     /* The present point: time as an unevaluated sum, state with what rounding dropped. */
@@ -123,6 +124,7 @@ void ode_global(const struct ode_run *run, struct ode_result *res);
 
 /* driver.c: of all steps with the present one; what iterations of implicit steps leave is not in their estimates. */
 double ode_errors(const struct ode_march *m);
+double ode_erred(const struct ode_march *m);
 
 /* settle.c: x, meant for time t, is projected. False: refused, or moved by more than
  * `most` units of its error (and some roundings); manifold_why is set. */

@@ -54,12 +54,12 @@ static bool ready(void *march)
     return m->dense_checked;
 }
 
-/* What is allowed, or what steps have erred by so far where that is less, and roundings. */
+/* What steps have erred by so far, each in units of what it was allowed, and roundings: a motion that touches the end of a domain again and again goes on. */
 static double error_of(const void *march, int j)
 {
     const struct ode_march *m = march;
     double allowed = ode_allowed(m->o->rtol, m->o->atol, m->unit[j], m->x[j], m->x1[j]), size = sga_larger(fabs(m->x[j]), fabs(m->x1[j]));
-    return sga_smaller(1, ODE_ERRORS * ode_errors(m)) * allowed + ODE_TOLD * size;
+    return ODE_ERRORS * ode_erred(m) * allowed + ODE_TOLD * size;
 }
 
 bool ode_goes_on_along(struct ode_march *m)

@@ -17,6 +17,7 @@
 #include "ode.h"
 #include "system.h"
 #include "tape.h"
+#include "told.h"
 
 static const double PROBE = 1e-4;      /* of a step: for the rates at its ends */
 static const double INSIDE = 0.38;     /* of a step: no simple fraction, for what comes again and again */
@@ -104,6 +105,18 @@ static double doubt(struct along *a, int k, double s, double *g)
     return sum;
 }
 
+/* Of function k at s, by what is added up in it: x^2 - 2 x + 1 is not negative anywhere. */
+static double rounding(struct along *a, int k, double s)
+{
+    static const double TIMES = 4;
+    struct told_place told;
+    load(a->f, &(struct field_way){ a, load }, s);
+    told_begin(&told, a->f->sys, NULL, a->f->in);
+    double most = TIMES * told_rounding(&told, a->f->guard_expr[k]);
+    told_end(&told);
+    return most;
+}
+
 /* Function k has another sign at s than at the begin: does that end the motion? */
 static bool ends(struct along *a, const struct guard_way *way, int k, double s, double value, double *g)
 {
@@ -111,7 +124,7 @@ static bool ends(struct along *a, const struct guard_way *way, int k, double s, 
     f->lost_pivot = f->lost_pole = -1;
     f->rank_lost = false;
     if (ends_domain(f, k)) {
-        if (!(fabs(value) > doubt(a, k, s, g)))
+        if (!(fabs(value) > doubt(a, k, s, g) && fabs(value) > rounding(a, k, s)))
             return false;
         f->border = k;
         f->border_t = a->path->t + (a->start[k] > 0 ? guard_root(way, k, 0, a->start[k], s, value, g) : 0) * a->path->h;

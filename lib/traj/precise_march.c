@@ -325,7 +325,11 @@ static void place(const void *march, double s, double *x)
         x[j] = at[j].hi;
 }
 
-static double error_of(const void *march, int j) { return ((const struct precise_march *)march)->scale[j]; }
+static double error_of(const void *march, int j)
+{
+    const struct precise_march *m = march;
+    return (1 + (double)m->path->steps) * m->scale[j];
+}
 
 /* Whether nothing inside the step ends the motion. */
 static bool goes_on_along(struct precise_march *m)
