@@ -44,8 +44,8 @@ struct field {
     double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
     double *home, home_t;             /* n: the last point that the motion has taken; then pivots' and poles' sides there */
-    /* field_along.c: roots of the tape are the pivots up to `chosen`, the poles, and what is negative beyond the ends of domains. */
-    struct num_tape *guard; int guards;
+    /* field_along.c: roots of the tape are the pivots up to `chosen`, poles, and from guard_ends on what is negative beyond the ends of domains. */
+    struct num_tape *guard; int guards, guard_ends;
     expr_id *guard_expr;
     int border; double border_t;      /* the last end of a domain that was refused inside a step: its root, or -1, and when */
     const expr_id *valued; int valueds;       /* what the motion's variables define has values too (traj_request); borrowed */

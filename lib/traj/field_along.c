@@ -10,6 +10,7 @@
 
 #include "arena.h"
 #include "domain_ends.h"
+#include "facts.h"
 #include "field.h"
 #include "guard.h"
 #include "larger.h"
@@ -20,7 +21,9 @@
 #include "told.h"
 
 static const double PROBE = 1e-4;      /* of a step: for the rates at its ends */
-static const double INSIDE = 0.38;     /* of a step: no simple fraction, for what comes again and again */
+/* Of a step: no simple fractions, for what comes again and again; one place, or where it is long all of them. */
+enum { PLACES = 7 };
+static const double INSIDE[PLACES] = { 0.38, 0.11, 0.23, 0.49, 0.62, 0.77, 0.89 };
 static const double LONGER = 1.5;      /* than the step before: what varies in it need not show at its ends (a whole period). */
 static const double CALM_STEPS = 3;    /* After one in which nothing was near so many need no look, */
 static const double CALM_PART = 0.2;   /* and no more than this part of the way to a zero at the largest rate */
@@ -32,13 +35,24 @@ struct along {
     unsigned char *free;               /* by function: its zeros end nothing in this step */
 };
 
+/* Those whose sign is settled by their shape do not change it. */
+static void add_poles(const struct field *f, struct field_list *l)
+{
+    struct expr_facts facts;
+    expr_facts_init(&facts);
+    for (int q = 0; q < f->poles; q++)
+        if (!(expr_facts_of(&facts, f->sys->store, f->pole_expr[q]) & (EXPR_NONZERO | EXPR_NONNEGATIVE | EXPR_NONPOSITIVE)))
+            field_list_add(l, f->pole_expr[q]);
+    expr_facts_clear(&facts);
+}
+
 bool field_guards_init(struct field *f, struct sga_error *err)
 {
     struct field_list l = { 0 };
     for (int q = 0; q < f->chosen; q++)
         field_list_add(&l, f->pivot_expr[q]);
-    for (int q = 0; q < f->poles; q++)
-        field_list_add(&l, f->pole_expr[q]);
+    add_poles(f, &l);
+    f->guard_ends = l.count;
     expr_id *root;
     int roots = sys_expressions(f->sys, &root);
     root = sga_realloc(root, (size_t)(roots + f->valueds + 1) * sizeof *root);
@@ -62,7 +76,7 @@ bool field_guards_init(struct field *f, struct sga_error *err)
 }
 
 /* Function k is 0 at the end of a domain, and not negative inside. */
-static bool ends_domain(const struct field *f, int k) { return k >= f->chosen + f->poles; }
+static bool ends_domain(const struct field *f, int k) { return k >= f->guard_ends; }
 
 static void load(struct field *f, const struct field_way *way, double s)
 {
@@ -206,13 +220,16 @@ static double calm(const struct along *a)
     return part;
 }
 
-/* Every function that has one sign at both ends stays there, as far as these and its value at INSIDE tell. */
-static bool plain(const struct along *a, const double *value)
+/* Every function that has one sign at both ends stays there, as far as these and values inside tell. g: work. */
+static bool plain(struct along *a, int places, double *g)
 {
     bool ok = true;
-    for (int k = 0; k < a->f->guards && ok; k++) {
-        struct guard_ends e = { a->start[k], a->rate[k], a->last[k], a->last_rate[k] };
-        ok = a->free[k] || !isfinite(speed(a, k)) || (guard_stays(&e) && guard_fits(&e, INSIDE, value[k]));
+    for (int i = 0; i < places && ok; i++) {
+        at(a, INSIDE[i], g);
+        for (int k = 0; k < a->f->guards && ok; k++) {
+            struct guard_ends e = { a->start[k], a->rate[k], a->last[k], a->last_rate[k] };
+            ok = a->free[k] || !isfinite(speed(a, k)) || ((i > 0 || guard_stays(&e)) && guard_fits(&e, INSIDE[i], g[k]));
+        }
     }
     return ok;
 }
@@ -280,15 +297,14 @@ static bool goes_on(struct along *a, double *g, double *quiet)
     for (int k = 0; k < f->guards; k++)       /* seen; on it, or beyond the end of a domain by roundings */
         a->free[k] = (p->stages && k < f->chosen) || (ends_domain(f, k) ? a->start[k] < 0 : a->start[k] == 0);
     *quiet = calm(a);
-    bool longer = fabs(p->h) > LONGER * f->along_h;
+    bool longer = !p->stages && fabs(p->h) > LONGER * f->along_h;
     if (*quiet > 0 && !longer)
         return true;
     if (p->ready && !p->ready(p->march)) {
         f->rank_lost = f->contradiction = false;
         return false;
     }
-    at(a, INSIDE, g);
-    return (!longer && plain(a, g)) || asked(a, &way);
+    return plain(a, longer ? PLACES : 1, g) || asked(a, &way);
 }
 
 bool field_along(struct field *f, const struct ode_path *path)
