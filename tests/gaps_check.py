@@ -74,6 +74,28 @@ def accuracy_of(rng):
     return accuracy
 
 
+def large(solver, tally):
+    """Beside a network of 80 variables, half of them algebraic, which is solved as it stands."""
+    n = 40
+    variables = [f"x{i}" for i in range(n)] + [f"y{i}" for i in range(n)] + ["w"]
+    network = [f"x{i}' = y{i} - x{i}" for i in range(n)] + [f"y{i}*(2 + x{i}^2) + sin(y{i}) = x{(i + 1) % n} + y{(i + 1) % n}/10" for i in range(n)]
+    for gap, reason in (("w = sqrt((t - 0.3)*(t - 0.3003))", "left_domain"), ("w = 1e-6/((t - 0.3)*(t - 0.3003))", "blow_up"),
+                        ("w = log((t - 0.3)*(t - 0.3003) + 1e-7)", None), ("w = cbrt((t - 0.3)*(t - 0.3003))", None)):
+        for method in ("auto", "radau"):
+            request = {"system": {"form": "equations", "variables": variables, "equations": [*network, gap]}, "want": ["trajectory"],
+                       "accuracy": {"rtol": 1e-7, "atol": 1e-7, "method": method},
+                       "trajectory": {"stop": 0.5, "samples": 2, "initial": {f"x{i}": 0.3 + 0.01 * i for i in range(n)}}}
+            answer, problem = solver.solve(request)
+            label = f"large, {gap}, {method}"
+            if not tally.check(answer and "trajectory" in answer, f"{label}: an answer", problem):
+                continue
+            ended = answer["trajectory"]["ended"]
+            if reason:
+                tally.check(ended and ended["reason"] == reason and abs(ended["t"] - 0.3) < 1e-6, f"{label}: it ends", ended)
+            else:
+                tally.check(not ended, f"{label}: it goes on", ended)
+
+
 def main():
     solver, tally = Solver(build_folder()), Tally("gaps")
     rng = random.Random(seed(20261130))
@@ -98,6 +120,7 @@ def main():
             tally.check(abs(z - value) < max(100 * tolerance, 1e-9), f"{label}: z is {value}", z)
         if not ended and events:
             tally.check(len(t["events"]) == zeros, f"{label}: each zero is an event", len(t["events"]))
+    large(solver, tally)
     return tally.end()
 
 

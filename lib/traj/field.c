@@ -202,10 +202,7 @@ void field_clear(struct field *f)
     free(f->pole_from);
     free(f->here);
     free(f->home);
-    free(f->along);
-    free(f->along_free);
-    num_tape_free(f->guard);
-    free(f->guard_expr);
+    field_guards_forget(f);
     free(f->general_out);
     free(f->alpha_value);
     free(f->sum);
@@ -277,6 +274,10 @@ bool field_eval(struct field *f, double t, const double *x, double *v)
     f->rank_lost = false;
     if (f->whole) {
         int told;
+        if (t == f->start_t) {
+            field_along_anew(f);
+            field_keep_sides(f, t, x);
+        }
         field_load(f, t, x);
         bool known = field_general(f, v, &told);
         f->rank_lost = known && told < f->rank;

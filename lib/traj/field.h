@@ -44,8 +44,8 @@ struct field {
     double *pivot_side;               /* by pivot: sign on the side where the motion is */
     double *here, here_t;             /* the last point that was found to be well inside */
     double *home, home_t;             /* n: the last point that the motion has taken; then pivots' and poles' sides there */
-    /* field_along.c: roots of the tape are the pivots up to `chosen`, poles, and from guard_ends on what is negative beyond the ends of domains. */
-    struct num_tape *guard; int guards, guard_ends;
+    /* field_along.c: roots of the tape are the pivots up to `chosen` (guard_pivots; with `whole` none), poles, and from guard_ends on what is negative beyond the ends of domains. */
+    struct num_tape *guard; int guards, guard_pivots, guard_ends;
     expr_id *guard_expr;
     int border; double border_t;      /* the last end of a domain that was refused inside a step: its root, or -1, and when */
     const expr_id *valued; int valueds;       /* what the motion's variables define has values too (traj_request); borrowed */
@@ -180,7 +180,9 @@ bool field_inside(struct field *f, double t, const double *x);
 /* field_along.c. The guards, at a start that holds them in no switch; false: err is set. Whether none of them ends the motion inside the step from the last point that
  * the motion has taken along path; false: as after field_eval. Cost: two evaluations of the guards where nothing was near lately, some fifty where something is. */
 bool field_guards_init(struct field *f, struct sga_error *err);
+void field_guards_forget(struct field *f);
 bool field_along(struct field *f, const struct ode_path *path);
+void field_along_anew(struct field *f);       /* a solution begins: nothing is known of the steps before */
 /* fell_t as it is seen from the last point that the motion has taken. */
 void field_fall_refine(struct field *f);
 /* Beyond a side of which nothing was known (points_side.unseen) the rows say whether the field is still theirs: at (t, x), a point on the

@@ -49,9 +49,11 @@ static void add_poles(const struct field *f, struct field_list *l)
 bool field_guards_init(struct field *f, struct sga_error *err)
 {
     struct field_list l = { 0 };
-    for (int q = 0; q < f->chosen; q++)
+    f->guard_pivots = f->whole ? 0 : f->chosen;      /* rows as they stand divide by none */
+    for (int q = 0; q < f->guard_pivots; q++)
         field_list_add(&l, f->pivot_expr[q]);
-    add_poles(f, &l);
+    if (!f->whole)
+        add_poles(f, &l);
     f->guard_ends = l.count;
     expr_id *root;
     int roots = sys_expressions(f->sys, &root);
@@ -73,6 +75,19 @@ bool field_guards_init(struct field *f, struct sga_error *err)
     }
     f->guard_expr = l.e;
     return ok;
+}
+
+void field_guards_forget(struct field *f)
+{
+    num_tape_free(f->guard);
+    free(f->guard_expr);
+    free(f->along);
+    free(f->along_free);
+    f->guard = NULL;
+    f->guard_expr = NULL;
+    f->along = NULL;
+    f->along_free = NULL;
+    f->guards = 0;
 }
 
 /* Function k is 0 at the end of a domain, and not negative inside. */
@@ -144,7 +159,7 @@ static bool ends(struct along *a, const struct guard_way *way, int k, double s, 
         f->border_t = a->path->t + (a->start[k] > 0 ? guard_root(way, k, 0, a->start[k], s, value, g) : 0) * a->path->h;
         return true;
     }
-    if (k >= f->chosen || k < f->sides || !field_rank_tells(f))
+    if (k >= f->guard_pivots || k < f->sides || !field_rank_tells(f))
         return !is_inside(a, s);
     double zero = guard_root(way, k, 0, a->start[k], s, value, g);
     if (!field_falls_along(f, k, &(struct field_way){ a, load }, zero))
@@ -295,7 +310,7 @@ static bool goes_on(struct along *a, double *g, double *quiet)
     struct guard_way way = { .count = f->guards, .at = at, .from_end = true, .of = a, .grain = 2 * DBL_EPSILON * end / fabs(p->h) };
     *quiet = 0;
     for (int k = 0; k < f->guards; k++)       /* seen; on it, or beyond the end of a domain by roundings */
-        a->free[k] = (p->stages && k < f->chosen) || (ends_domain(f, k) ? a->start[k] < 0 : a->start[k] == 0);
+        a->free[k] = (p->stages && k < f->guard_pivots) || (ends_domain(f, k) ? a->start[k] < 0 : a->start[k] == 0);
     *quiet = calm(a);
     bool longer = !p->stages && fabs(p->h) > LONGER * f->along_h;
     if (*quiet > 0 && !longer)
@@ -307,10 +322,16 @@ static bool goes_on(struct along *a, double *g, double *quiet)
     return plain(a, longer ? PLACES : 1, g) || asked(a, &way);
 }
 
+void field_along_anew(struct field *f)
+{
+    f->along_t = NAN;
+    f->along_h = f->along_calm = 0;
+}
+
 bool field_along(struct field *f, const struct ode_path *path)
 {
     size_t c = (size_t)f->guards;
-    if (!c || (path->stages && f->guards == f->chosen))
+    if (!c || (path->stages && f->guards == f->guard_pivots))
         return true;
     assert(fabs(path->t - f->home_t) <= 8 * DBL_EPSILON * fabs(path->t));       /* what is known is of the begin of the step */
     double end = path->t + path->h, size = fabs(path->h), quiet, *room = f->along + 2 * c;

@@ -227,7 +227,8 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
     }
     free(v);
     assert(field_sane(f));
-    ok = ok && (f->whole || f->guard || field_guards_init(f, err));
+    ok = ok && (f->guard || field_guards_init(f, err));
+    f->start_t = f->whole ? t : f->start_t;
     if (!ok && !err->stage[0])
         memcpy(err->stage, "trajectory", 11);
     return ok;
@@ -240,5 +241,6 @@ bool field_as_reduced(struct field *f, double t, const double *x, struct sga_err
     f->reduced = true;
     f->fast = !f->choice.why;
     field_rows_forget(f);
+    field_guards_forget(f);
     return field_begin(f, t, x, err);
 }

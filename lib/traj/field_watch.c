@@ -55,9 +55,7 @@ void field_take_sides(struct field *f, double t, const double *x)
     f->here_t = f->start_t = t;
     f->lost_pivot = f->beyond = -1;
     f->over = false;
-    f->along_t = NAN;
-    f->along_h = 0;
-    f->along_calm = 0;
+    field_along_anew(f);
     for (int q = 0; q < f->pivots; q++) {
         double p = f->direct_out[f->n + q];
         f->pivot_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;

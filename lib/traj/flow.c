@@ -416,7 +416,7 @@ void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq
 struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
 {
     flow_code(f, rq);
-    bool watched = !f->field.whole && (f->field.guards || f->field.pivots || f->charts || f->field.switches.count);
+    bool watched = f->field.guards || (!f->field.whole && (f->field.pivots || f->charts || f->field.switches.count));
     struct lin_sparse *pattern = f->charts && f->charts->count > 1 ? f->charts->pattern : f->field.pattern;
     assert(!(f->field.whole && f->field.fast));       /* the equations as they stand are in place of all else */
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
@@ -428,7 +428,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .taylor = f->field.fast ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
                                  .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL,
-                                 .taken = watched || (f->manifold.c && !f->field.whole) ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.guards && !f->field.whole ? along : NULL,
+                                 .taken = watched || (f->manifold.c && !f->field.whole) ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.guards ? along : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .turned = f->turn ? variation_turned : NULL,
                                  .piece = f->inputs->piece, .pieces = f->inputs->count,

@@ -130,13 +130,13 @@ static bool onto_constraints(struct asked *a)
     return !m->c || manifold_project(m, a->z[a->f->n], a->z, a->unit, NULL, 8, NULL, NULL, NULL);
 }
 
-/* z onto a zero of the denominator, on the constraints where there are any: a step down the gradient, brought back to them, goes along the
- * gradient within them; it is made as long as its secant says. */
-static bool settle(struct asked *a)
+/* z onto a zero of the denominator; `on`: on the constraints: a step down the gradient, brought back to them, goes along the gradient within them; it is made as long
+ * as its secant says. */
+static bool settle(struct asked *a, bool on)
 {
     size_t n = (size_t)a->f->n + 1;
     double slope, d = 1, after, *from = sga_calloc(n, sizeof *from);
-    bool found = false, ok = onto_constraints(a);
+    bool found = false, ok = !on || onto_constraints(a);
     for (int turn = 0; turn < NEWTON && ok && !found && sga_watch_ok(); turn++) {
         ok = gradient(a, &slope) && look(a, 0, &d, NULL);
         found = ok && fabs(d) <= 1e-12 * slope;
@@ -145,12 +145,28 @@ static bool settle(struct asked *a)
         memcpy(from, a->z, n * sizeof *from);
         for (size_t j = 0; j < n; j++)
             a->z[j] -= d / slope * a->unit[j] * a->g[j];
-        if (!a->f->manifold->c)
+        if (!on)
             continue;
         ok = onto_constraints(a) && look(a, 0, &after, NULL) && fabs(d - after) > LEAST_FALL * fabs(d);
         for (size_t j = 0; j < n && ok; j++)
             a->z[j] = from[j] + d / (d - after) * (a->z[j] - from[j]);
         ok = ok && onto_constraints(a);
+    }
+    free(from);
+    return found;
+}
+
+/* On the constraints where there are any; where they have no point at the zero, as what is divided grows beyond all bounds there, near them. */
+static bool find_zero(struct asked *a)
+{
+    size_t n = (size_t)a->f->n + 1;
+    if (!a->f->manifold->c)
+        return settle(a, false);
+    double *from = memcpy(sga_calloc(n, sizeof *from), a->z, n * sizeof *from);
+    bool found = settle(a, true);
+    if (!found) {
+        memcpy(a->z, from, n * sizeof *from);
+        found = settle(a, false);
     }
     free(from);
     return found;
@@ -237,7 +253,7 @@ bool field_pole_at_change(struct field *f, int q, double t, const double *x)
             a.z[j] = y[j] + BESIDE * a.unit[j] * ((double)(random >> 16 & 0x7fff) / 0x4000 - 1);
         }
         a.z[f->n] = at;
-        votes += settle(&a) && near_place(&a, y, at) && (grows(&a, 1) || grows(&a, -1));
+        votes += find_zero(&a) && near_place(&a, y, at) && (grows(&a, 1) || grows(&a, -1));
     }
     free(room);
     return 2 * votes > ASKED;
