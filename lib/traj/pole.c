@@ -23,6 +23,7 @@ enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };
 static const double NEAR = 4e-2;                                /* of the same: where a zero is sought from a place beside it */
 static const double BESIDE = 1e-2;                              /* of the variables' sizes */
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
+static const double GROWN = 10;         /* times what the variables were at the start */
 static const double LEAST_FALL = 1e-3;  /* of the denominator, where a step is brought back to the constraints */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
 static const double SLOWEST = 1.5, FASTEST = 20, SAME_RATIO = 0.3;       /* of what grows, from a distance to half of it; powers from -2/3 to -4, and logarithms beside them */
@@ -218,9 +219,12 @@ static bool grows(struct asked *a, double side)
 static void units(struct asked *a, const double *y, double t)
 {
     const struct field *f = a->f;
-    double most = 0;
-    for (int j = 0; j < f->n; j++)
+    double most = 0, begun = 0;
+    for (int j = 0; j < f->n; j++) {
         most = fmax(most, a->unit[j] = fmax(fabs(y[j]), fabs(f->pole_from[j])));
+        begun = fmax(begun, fabs(f->pole_from[j]));
+    }
+    most = begun > 0 ? fmin(most, GROWN * begun) : most;         /* what grows beyond all bounds is no measure of the others */
     for (int j = 0; j < f->n; j++)
         a->unit[j] = most > 0 ? fmax(a->unit[j], 1e-3 * most) : 1;
     a->unit[f->n] = fmax(fabs(t - f->start_t), 1e-300);
