@@ -73,7 +73,7 @@ static double crossing(struct ode_march *m, int e)
     const struct guard_table *w = &k->table;
     int s = k->side[e], last = -1;
     bool armed = !k->fresh[e];
-    double least = k->least[e], first = s * w->value[e];
+    double least = k->least[e], first = s * guard_value(w, 0, e);
     for (int i = 0; i < w->nodes && s; i++) {
         double v = s * guard_value(w, i, e);
         if (!isfinite(v)) {

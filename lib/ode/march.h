@@ -122,7 +122,7 @@ void ode_march(const struct ode_run *run, struct ode_result *res);
 /* global.c: several solutions, the last one with estimates of its error. */
 void ode_global(const struct ode_run *run, struct ode_result *res);
 
-/* driver.c: of all steps with the present one; what iterations of implicit steps leave is not in their estimates. */
+/* driver.c: of all steps with the present one; what iterations of implicit steps leave is not in their estimates: as much as a step is allowed to leave, or as much as they do. */
 double ode_errors(const struct ode_march *m);
 double ode_erred(const struct ode_march *m);
 

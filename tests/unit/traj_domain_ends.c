@@ -1,7 +1,6 @@
 /* What may not be negative where expressions have values: which functions are found, and that they are negative exactly where the expression has none. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "check_read.h"
 #include "domain_ends.h"
@@ -25,7 +24,8 @@ static void found(const char *text, int ends)
     domain_ends(&st, &root, 1, &l);
     CHECK(l.count == ends, "%s: %d", text, l.count);
     expr_id *all = malloc(((size_t)l.count + 1) * sizeof *all);
-    memcpy(all, l.e, (size_t)l.count * sizeof *all);
+    for (int k = 0; k < l.count; k++)
+        all[k] = l.e[k];
     all[l.count] = root;
     int symbol = expr_symbol_find(&st, "x", 1);
     struct num_tape *tape = num_tape_new(&st, all, l.count + 1, &symbol, 1, &err);
