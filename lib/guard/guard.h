@@ -63,9 +63,9 @@ double guard_root(const struct guard_way *way, int k, double a, double ga, doubl
 
 /* Three places on the way and the value s g_k in the middle, which is the least: sense is the s that makes it a minimum. */
 struct guard_dip { double a, at, b, value; int function, sense; };
-/* The place moves to the least value between a and b, to `near` of the way or until that is below `enough`. Golden sections; the values need not be smooth.
+/* The place moves to the least value between a and b, to `near` of the way. Golden sections; the values need not be smooth.
  * g: work. */
-void guard_least(const struct guard_way *way, struct guard_dip *d, double near, double enough, double *g);
+void guard_least(const struct guard_way *way, struct guard_dip *d, double near, double *g);
 
 /* A function at both ends of a way: values, and derivatives by s. */
 struct guard_ends { double start, rate, last, last_rate; };

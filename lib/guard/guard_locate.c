@@ -32,10 +32,10 @@ double guard_root(const struct guard_way *way, int k, double a, double ga, doubl
     return b;
 }
 
-void guard_least(const struct guard_way *way, struct guard_dip *d, double near, double enough, double *g)
+void guard_least(const struct guard_way *way, struct guard_dip *d, double near, double *g)
 {
     assert(d->a <= d->at && d->at <= d->b && (d->sense == 1 || d->sense == -1));
-    for (int turn = 0; turn < SECTIONS && d->value >= enough && d->b - d->a > fmax(near, DBL_EPSILON); turn++) {
+    for (int turn = 0; turn < SECTIONS && d->b - d->a > fmax(near, DBL_EPSILON); turn++) {
         bool right = d->b - d->at > d->at - d->a;
         double s = d->at + GOLDEN * (right ? d->b - d->at : d->a - d->at);
         way->at(way->of, s, g);

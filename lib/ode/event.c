@@ -183,7 +183,7 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
         return;
     const struct guard_way *way = &m->watch->way.way;
     struct guard_dip d = { .a = left, .at = s, .b = right, .value = k->sign * g, .function = e, .sense = k->sign };
-    guard_least(way, &d, way->grain, -INFINITY, m->watch->table.g);
+    guard_least(way, &d, way->grain, m->watch->table.g);
     s = d.at;
     g = k->sign * d.value;
     double flat = fmax(fabs(value_at(m, e, d.a) - g), fabs(value_at(m, e, d.b) - g));              /* the place is not known better */

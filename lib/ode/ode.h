@@ -105,6 +105,7 @@ struct ode_path {
     bool (*ready)(void *march);            /* asked once before `at` inside the step; false: it cannot be had, and the step is refused. NULL: it can */
     double (*error)(const void *march, int j);         /* what x_j may be wrong by */
     const double *f0, *f1;                 /* the field at both ends; NULL: not known */
+    const struct sga_budget *budget;       /* told where a limit is met */
     bool stages;                           /* the field was asked at many places between, and had a value */
 };
 

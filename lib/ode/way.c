@@ -64,7 +64,7 @@ static double error_of(const void *march, int j)
 
 bool ode_goes_on_along(struct ode_march *m)
 {
-    struct ode_path path = { .march = m, .t = m->t, .h = m->step.h, .at = place, .ready = ready, .error = error_of, .f0 = m->f, .f1 = m->f1,
+    struct ode_path path = { .march = m, .t = m->t, .h = m->step.h, .at = place, .ready = ready, .error = error_of, .f0 = m->f, .f1 = m->f1, .budget = m->o->budget,
                              .stages = !(m->method->series || m->method->implicit) };
     return m->p->along(m->p->ctx, &path) || ode_eval_refused(&m->field);
 }

@@ -307,7 +307,7 @@ static bool goes_on(struct along *a, double *g, double *quiet)
     struct field *f = a->f;
     const struct ode_path *p = a->path;
     double end = fabs(p->t) + fabs(p->h);
-    struct guard_way way = { .count = f->guards, .at = at, .from_end = true, .of = a, .grain = 2 * DBL_EPSILON * end / fabs(p->h) };
+    struct guard_way way = { .count = f->guards, .at = at, .from_end = true, .of = a, .budget = p->budget, .grain = 2 * DBL_EPSILON * end / fabs(p->h) };
     *quiet = 0;
     for (int k = 0; k < f->guards; k++)       /* seen; on it, or beyond the end of a domain by roundings */
         a->free[k] = (p->stages && k < f->guard_pivots) || (ends_domain(f, k) ? a->start[k] < 0 : a->start[k] == 0);

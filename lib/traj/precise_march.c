@@ -334,7 +334,7 @@ static double error_of(const void *march, int j)
 /* Whether nothing inside the step ends the motion. */
 static bool goes_on_along(struct precise_march *m)
 {
-    struct ode_path path = { .march = m, .t = m->here.t.hi, .h = num_dd_sub(m->there.t, m->here.t).hi, .at = place, .error = error_of };
+    struct ode_path path = { .march = m, .t = m->here.t.hi, .h = num_dd_sub(m->there.t, m->here.t).hi, .at = place, .error = error_of, .budget = m->p->rq->budget };
     if (field_along(&m->p->flow->field, &path))
         return true;
     m->why = ODE_SINGULAR;
