@@ -64,13 +64,28 @@ DEPS_structure := sga exact graph points lin num poly sys expr base
 DEPS_guard   := base
 DEPS_ode     := guard lin base
 DEPS_enclose := num lin expr base
-DEPS_traj    := enclose ode guard sga exact points graph lin num poly sys expr base
+# A motion's rooms, from what is asked (problem) up to motions in pieces between events; one motion from request to samples on top.
+BELOW_traj   := enclose ode guard sga exact points graph lin num poly sys expr base
+DEPS_traj/problem := $(BELOW_traj)
+DEPS_traj/manifold := traj/problem $(BELOW_traj)
+DEPS_traj/field := traj/manifold $(DEPS_traj/manifold)
+DEPS_traj/flow := traj/field $(DEPS_traj/field)
+DEPS_traj/enclosed := traj/flow $(DEPS_traj/flow)
+DEPS_traj/start := traj/enclosed $(DEPS_traj/enclosed)
+DEPS_traj/variation := traj/start $(DEPS_traj/start)
+DEPS_traj/precise := traj/flow $(DEPS_traj/flow)
+DEPS_traj/arithmetic := traj/precise $(DEPS_traj/precise)
+DEPS_traj/jump := traj/field $(DEPS_traj/field)
+DEPS_traj/crossing := traj/jump traj/precise $(DEPS_traj/precise)
+DEPS_traj/pieces := traj/crossing traj/jump traj/precise traj/enclosed $(DEPS_traj/enclosed)
+TRAJ := traj/pieces traj/crossing traj/jump traj/arithmetic traj/precise traj/variation traj/start traj/enclosed traj/flow traj/field traj/manifold traj/problem
+DEPS_traj    := $(TRAJ) $(BELOW_traj)
 DEPS_linear  := pencil sga exact points graph lin num poly sys expr base
 DEPS_dirac   := sga exact points graph lin num poly sys expr base
 DEPS_mech    := sga exact points graph lin num poly form sys expr base
 # A request's rooms: its stages in the order in which they run, above what all of them are about (job); the table of stages on top.
 DEPS_face    := run base
-BELOW_run    := fit dirac linear mech sym structure graph operator pencil traj enclose ode guard sga exact points lin num poly request form sys expr base
+BELOW_run    := fit dirac linear mech sym structure graph operator pencil traj $(TRAJ) enclose ode guard sga exact points lin num poly request form sys expr base
 DEPS_run/job := $(BELOW_run)
 DEPS_run/model := run/job $(BELOW_run)
 DEPS_run/slice := run/job $(BELOW_run)
@@ -87,7 +102,7 @@ DEPS_run/sweep := run/write run/motion run/strata run/model run/job $(BELOW_run)
 DEPS_run/vary := run/sweep $(DEPS_run/write) run/write
 DEPS_run/follow := run/vary run/sweep $(DEPS_run/write) run/write
 DEPS_run     := run/follow $(DEPS_run/follow)
-FLOORS := base exact fit plot graph guard expr export sys lin pencil num poly operator form request families points sga dirac linear mech sym structure ode enclose traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
+FLOORS := base exact fit plot graph guard expr export sys lin pencil num poly operator form request families points sga dirac linear mech sym structure ode enclose traj/problem traj/manifold traj/field traj/flow traj/enclosed traj/start traj/variation traj/precise traj/arithmetic traj/jump traj/crossing traj/pieces traj run/job run/model run/slice run/texts run/strata run/properties run/motion run/ask run/derivation run/dirac run/tradeoff run/write run/sweep run/vary run/follow run face
 
 # The floors of server/, in the same way; of the library they see the public face. main.c sees all of them.
 DEPS_tools     := base

@@ -1,6 +1,6 @@
 """Systems of a thousand unknowns and more whose verdict, dimensions and index are known by construction: large_check.py BUILD_DIR
 
-Implicit steps on the equations of large systems (lib/traj/whole.c): what they say of their errors, against far tighter motions.
+Implicit steps on the equations of large systems (lib/traj/field/whole.c): what they say of their errors, against far tighter motions.
 Chains, ladders, random graphs and grids of tests/bench/large.py at two sizes each. How much was evaluated may grow as the size does (chains) or a
 little faster (grids), by the counts of `work`: no clock. Faults in the middle of such a system are named by their place."""
 import random

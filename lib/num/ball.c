@@ -344,3 +344,24 @@ void num_ball_list(struct num_ball *b, const expr_id *list, int count)
             eval(b, list[i]);
     }
 }
+
+void num_ball_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r)
+{
+    if (e == EXPR_UNDEF) {
+        arb_set_d(r, otherwise);
+        return;
+    }
+    if (expr_is_const(st, e)) {
+        arb_set_fmpq(r, expr_const_value(st, e), prec);
+        return;
+    }
+    struct num_ball b;
+    struct expr_cone cone;
+    num_ball_init(&b, st, prec);
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, &e, 1);
+    num_ball_list(&b, cone.list, cone.count);
+    arb_set(r, num_ball_value(&b, e));
+    expr_cone_clear(&cone);
+    num_ball_clear(&b);
+}

@@ -39,6 +39,9 @@ void num_ball_extend_to(struct num_ball *b, expr_id e);
 void num_ball_list(struct num_ball *b, const expr_id *list, int count);
 static inline arb_ptr num_ball_value(struct num_ball *b, expr_id e) { return b->value + e; }
 
+/* The value of a constant expression of the store, or of a double where it is EXPR_UNDEF. Cost: its nodes. */
+void num_ball_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r);
+
 /* A bound of log2 |x|, x finite; sums of a few of them stay in a word, however large or small x is. */
 static inline slong num_ball_log2(const arf_t x)
 {

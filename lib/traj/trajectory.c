@@ -210,7 +210,7 @@ static bool run(const struct sys_system *sys, const struct sga_solution *sol, co
 {
     if (start_relations_any(rq))
         return start_relations_run(sys, sol, rq, r, err);
-    if (jumps_any(rq))
+    if (traj_in_pieces(rq))
         return jumps_run(sys, sol, rq, r, err);
     bool ok = run_once(sys, sol, rq, r, err);
     if (ok && !(r->residual <= SURE_RESIDUAL) && !given_rows_hold(sys, rq, r->initial, err)) {

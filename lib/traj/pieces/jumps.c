@@ -24,14 +24,6 @@ static const double TIGHTER = 0.1, WRONG = 4 * DBL_EPSILON, WRONG_FINE = 4 * NUM
 /* Beyond a singular position, where a piece's own estimate says nothing of how it came there: times the difference of the two motions. */
 static const double OVER = 4;
 
-bool jumps_any(const struct traj_request *rq)
-{
-    bool any = false;
-    for (int e = 0; e < rq->events; e++)
-        any |= rq->event[e].sets > 0 || rq->event[e].turns;
-    return any;
-}
-
 /* How many happenings both have, in the same order. */
 static int alike(const struct traj_result *a, const struct traj_result *b)
 {

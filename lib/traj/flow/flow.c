@@ -400,6 +400,17 @@ static bool has_equations(const struct flow *f)
     return plain && (large || divides) && !field->switches.count && !f->sys->signals && !f->turn && !f->charts;
 }
 
+static struct whole *whole_of(const struct flow *f) { return f->field.whole ? f->field.whole : f->beside; }
+
+static bool residual(void *flow, double t, const double *x, const double *v, double *r) { return whole_residual(whole_of(flow), t, x, v, r); }
+
+static bool matrices(void *flow, double t, const double *x, const double *v, double *mass, double *slope)
+{
+    return whole_matrices(whole_of(flow), t, x, v, mass, slope);
+}
+
+static const struct ode_implicit implicit = { .residual = residual, .matrices = matrices };
+
 static const struct ode_implicit *equations(void *ctx)
 {
     struct flow *f = ctx;
@@ -408,7 +419,7 @@ static const struct ode_implicit *equations(void *ctx)
     if (!f->field.M)
         field_rows_forget(&f->field);      /* room for whole rows is no room for the elimination */
     f->beside_asked = true;
-    return f->beside ? whole_equations(f->beside) : NULL;
+    return f->beside ? whole_equations(f->beside, &implicit) : NULL;
 }
 
 void flow_code(struct flow *f, const struct traj_request *rq) { allow_code(f, rq->budget ? rq->budget->exec : NULL, rq->programs); }
@@ -422,7 +433,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
     return (struct ode_problem){ .n = f->n, .ctx = f, .rhs = rhs, .code = code, .stages = stages, .code_holds = code_holds,
                                  .project = f->manifold.c || f->given->count || f->valued ? project : NULL, .why = why,
                                  .jump = f->manifold.c ? jump : NULL,
-                                 .implicit = f->field.whole ? whole_equations(f->field.whole) : NULL,
+                                 .implicit = f->field.whole ? whole_equations(f->field.whole, &implicit) : NULL,
                                  .equations = has_equations(f) ? equations : NULL, .otherwise = otherwise,
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast ? taylor : NULL,

@@ -6,6 +6,7 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "ball.h"
 #include "enclosed.h"
 #include "field.h"
 #include "flint_ends.h"
@@ -33,7 +34,7 @@ bool variation_digits(struct variation *v, const struct sys_system *sys, const s
     struct enclose_problem p = { .st = sys->store, .variable = variable, .n = n, .time = sys->time, .budget = rq->budget };
     if (!rq->asked || !rq->asked->nearest || !rq->exact_time)
         return false;
-    enclosed_constant(sys->store, rq->exact_start, rq->start, 2 * BITS, t0);
+    num_ball_constant(sys->store, rq->exact_start, rq->start, 2 * BITS, t0);
     bool ok = enclosed_nearest(sys, &p, sol, rq, NULL, v->initial, t0, BITS, x);
     for (int i = 0; i < n && ok; i++) {
         ok = sharp(x + i, v->initial[i]);

@@ -1,9 +1,17 @@
-/* The result of a motion: what holds of it whatever was asked for, and its release. */
+/* What a motion is asked for, whether it is one of pieces; its result: what holds of it whatever was asked for, and its release. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "trajectory.h"
+
+bool traj_in_pieces(const struct traj_request *rq)
+{
+    bool any = false;
+    for (int e = 0; e < rq->events; e++)
+        any |= rq->event[e].sets > 0 || rq->event[e].turns;
+    return any;
+}
 
 /* b is not before a, but for what roundings of their size make: events at once are found a rounding apart. */
 static bool in_order(double a, double b, double direction)

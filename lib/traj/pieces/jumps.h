@@ -11,8 +11,6 @@
 
 #include "trajectory.h"
 
-/* Whether some event sets something. */
-bool jumps_any(const struct traj_request *rq);
 /* As traj_run, in double. Ends with the reason "accumulation" where times of events have a limit. False also with EVENT_SET: what is set is off the constraints. */
 bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err);
 

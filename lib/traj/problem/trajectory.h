@@ -267,6 +267,9 @@ bool traj_consistent(const struct sys_system *system, const struct sga_solution 
                      const struct traj_request *request, struct traj_initial *result, struct sga_error *err);
 void traj_initial_clear(struct traj_initial *result);
 
+/* Whether some event sets something, or is a turn: the motion is made of pieces between events. */
+bool traj_in_pieces(const struct traj_request *request);
+
 /* The whole trajectory. False with err where there is none; blow-up and the like are
  * results (`ended`). */
 bool traj_run(const struct sys_system *system, const struct sga_solution *solution,

@@ -10,6 +10,7 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "ball.h"
 #include "budget.h"
 #include "flint_ends.h"
 #include "jump_pass.h"
@@ -41,7 +42,7 @@ struct jump_boxed *jump_boxed_new(const struct sys_system *sys, const struct tra
     for (int e = 0; e < rq->events; e++)
         b->twin[e] = -1;
     for (int i = 0; i < rq->samples; i++)
-        enclosed_constant(sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], b->piece.prec + 32, b->time + i);
+        num_ball_constant(sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], b->piece.prec + 32, b->time + i);
     return b;
 }
 

@@ -8,7 +8,6 @@
 
 #include "derive.h"
 #include "gauge_choice.h"
-#include "jumps.h"
 #include "mem.h"
 #include "signal.h"
 #include "switches.h"
@@ -217,7 +216,7 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
                     const struct variation_by *by, int directions, const expr_id *guess, struct sga_error *err)
 {
     int whole = sys->variables;
-    *v = (struct variation){ .jumps = jumps_any(rq), .by = by, .directions = directions };
+    *v = (struct variation){ .jumps = traj_in_pieces(rq), .by = by, .directions = directions };
     v->of_defined = !v->jumps && defined_any(sol, rq);      /* what events set may be defined */
     sys_init(&v->system, sys->store);
     if (v->of_defined) {

@@ -22,27 +22,6 @@
 /* The proved point may be this far from where double arithmetic came to rest, beside 1 + |x|. */
 static const double SAME_POINT = 1e-6;
 
-void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r)
-{
-    if (e == EXPR_UNDEF) {
-        arb_set_d(r, otherwise);
-        return;
-    }
-    if (expr_is_const(st, e)) {
-        arb_set_fmpq(r, expr_const_value(st, e), prec);
-        return;
-    }
-    struct num_ball b;
-    struct expr_cone cone;
-    num_ball_init(&b, st, prec);
-    expr_cone_init(&cone);
-    expr_cone_of(st, &cone, &e, 1);
-    num_ball_list(&b, cone.list, cone.count);
-    arb_set(r, num_ball_value(&b, e));
-    expr_cone_clear(&cone);
-    num_ball_clear(&b);
-}
-
 /* Arguments of signs in the constraints, each once; malloced: where one changes its sign a constraint jumps, of which the field, its derivative, says nothing. */
 static expr_id *jumping(const struct expr_store *st, const struct sga_solution *sol, int *count)
 {
@@ -124,7 +103,7 @@ static bool as_given(const struct enclose_problem *p, const struct traj_request 
     for (int j = 0; j < p->n && as; j++) {
         if (!rq->given[j])
             continue;
-        enclosed_constant(p->st, rq->exact_initial ? rq->exact_initial[j] : EXPR_UNDEF, rq->initial[j], prec, g);
+        num_ball_constant(p->st, rq->exact_initial ? rq->exact_initial[j] : EXPR_UNDEF, rq->initial[j], prec, g);
         as = near[j] == rq->initial[j] && arb_overlaps(x + j, g);
     }
     arb_clear(g);
@@ -229,7 +208,7 @@ static bool solve_others(struct flow *f, const struct enclose_problem *p, const 
     for (int j = 0; j < n; j++) {
         bool kept = rq->given[j] && rq->exact_initial && near[j] == rq->initial[j];
         known[j] = kept ? rq->exact_initial[j] : EXPR_UNDEF;
-        enclosed_constant(p->st, known[j], near[j], prec, x + j);
+        num_ball_constant(p->st, known[j], near[j], prec, x + j);
     }
     for (int i = 0; i < c; i++)
         function[i] = sol->constraint[i].expr;

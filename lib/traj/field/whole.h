@@ -22,8 +22,8 @@ void whole_free(struct whole *w);
 bool whole_velocities(struct whole *w, const double *entry, const double *right, double *v);
 /* x to the constraints, with what A differentiates held. False: it does not get there in a few steps, and x is as it was. *raw: the largest |xi_i|. */
 bool whole_project(struct whole *w, double t, double *x, const double *scale, double *moved, double *raw);
-/* For the integrator; its callbacks take the struct flow. */
-const struct ode_implicit *whole_equations(struct whole *w);
+/* For the integrator, whose callbacks are those of `by`: they know the problem's ctx, and come to the two below. It is w's. */
+const struct ode_implicit *whole_equations(struct whole *w, const struct ode_implicit *by);
 bool whole_residual(struct whole *w, double t, const double *x, const double *v, double *r);
 bool whole_matrices(struct whole *w, double t, const double *x, const double *v, double *mass, double *slope);
 

@@ -245,9 +245,9 @@ static void leave(const struct attempt *a)
 static bool run(struct attempt *a, const double *near, struct sga_error *err)
 {
     const struct traj_request *rq = a->rq;
-    enclosed_constant(a->sys->store, rq->exact_initial ? rq->exact_start : EXPR_UNDEF, rq->start, a->prec, a->t0);
+    num_ball_constant(a->sys->store, rq->exact_initial ? rq->exact_start : EXPR_UNDEF, rq->start, a->prec, a->t0);
     for (int i = 0; i < rq->samples; i++)
-        enclosed_constant(a->sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], a->prec + 32, a->time + i);
+        num_ball_constant(a->sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], a->prec + 32, a->time + i);
     for (int k = 0; k < a->knots.count; k++)
         arb_set_fmpq(a->knot + k, a->knots.knot + k, a->prec + 32);
     enc_tables_round(&a->tables, a->prec + TABLE_EXTRA);

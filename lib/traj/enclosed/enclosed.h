@@ -75,7 +75,5 @@ bool enclosed_jump(struct flow *f, const struct enclose_problem *problem, const 
 void enclosed_watch(struct expr_store *st, const struct enclose_problem *problem, const struct traj_request *rq, struct enclose_watch *watch);
 /* d_t e + sum_j d_j e X_j, of variables (symbols) and the field X (n each). */
 expr_id enclosed_rate(struct expr_store *st, expr_id e, const int *variable, int n, int time, const expr_id *field);
-/* The value of a constant of the store, or of a double where it is EXPR_UNDEF. */
-void enclosed_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r);
 
 #endif

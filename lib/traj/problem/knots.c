@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "arb_ends.h"
-#include "enclosed.h"
+#include "ball.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "system.h"
@@ -24,7 +24,7 @@ static int against(const struct expr_store *st, struct instant t, const fmpq_t k
         return fmpq_cmp(expr_const_value(st, t.exact), knot);
     SGA_ENDS(arb_end) arb_t a = { 0 }, b = { 0 };
     for (slong prec = FEW_BITS; prec <= MANY_BITS; prec *= 4) {
-        enclosed_constant(st, t.exact, t.about, prec, a);
+        num_ball_constant(st, t.exact, t.about, prec, a);
         arb_set_fmpq(b, knot, prec);
         if (arb_gt(a, b) || arb_lt(a, b))
             return arb_gt(a, b) ? 1 : -1;
@@ -93,7 +93,7 @@ static void reverse(fmpq *q, int count)
 static void near(fmpq_t q, const struct expr_store *st, struct instant t)
 {
     SGA_ENDS(arb_end) arb_t a = { 0 };
-    enclosed_constant(st, t.exact, t.about, MANY_BITS, a);
+    num_ball_constant(st, t.exact, t.about, MANY_BITS, a);
     arf_get_fmpq(q, arb_midref(a));
 }
 

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "arb_ends.h"
+#include "ball.h"
 #include "budget.h"
 #include "derive.h"
 #include "flow.h"
@@ -226,7 +227,7 @@ static bool in_stage(const struct sys_system *sys, const struct enclose_problem 
         if (held(asked, j) && more)
             arb_set(w.u + j, asked->ball + j);
         else if (held(asked, j))
-            enclosed_constant(st, asked_value(st, asked, j), 0, 2 * prec, w.u + j);
+            num_ball_constant(st, asked_value(st, asked, j), 0, 2 * prec, w.u + j);
         else
             arb_set_d(w.u + j, near[j]);
     w.q = (struct enclose_problem){ .st = st, .variable = symbol, .n = all, .time = p->time, .tables = p->tables, .budget = p->budget };

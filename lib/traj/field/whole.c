@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "field.h"
-#include "flow.h"
 #include "jacobian.h"
 #include "larger.h"
 #include "lin_lu.h"
@@ -215,18 +214,6 @@ static void equations_pattern(struct whole *w)
     free(entry);
 }
 
-static struct whole *of(const struct flow *f) { return f->field.whole ? f->field.whole : f->beside; }
-
-static bool residual(void *flow, double t, const double *x, const double *v, double *r)
-{
-    return whole_residual(of(flow), t, x, v, r);
-}
-
-static bool matrices(void *flow, double t, const double *x, const double *v, double *mass, double *slope)
-{
-    return whole_matrices(of(flow), t, x, v, mass, slope);
-}
-
 struct whole *whole_new(struct field *f, double t, const double *x)
 {
     struct whole *w = sga_calloc(1, sizeof *w);
@@ -249,7 +236,6 @@ struct whole *whole_new(struct field *f, double t, const double *x)
     w->d = w->at + w->n + 1;
     place_rows(w, t, x);
     equations_pattern(w);
-    w->equations = (struct ode_implicit){ w->pattern, residual, matrices };
     double *v = sga_malloc(((size_t)w->n + 1) * sizeof *v);
     struct whole *before = f->whole;
     int rank = 0;
@@ -264,7 +250,11 @@ struct whole *whole_new(struct field *f, double t, const double *x)
     return NULL;
 }
 
-const struct ode_implicit *whole_equations(struct whole *w) { return &w->equations; }
+const struct ode_implicit *whole_equations(struct whole *w, const struct ode_implicit *by)
+{
+    w->equations = (struct ode_implicit){ w->pattern, by->residual, by->matrices };
+    return &w->equations;
+}
 
 bool whole_velocities(struct whole *w, const double *entry, const double *right, double *v)
 {

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arb_ends.h"
+#include "ball.h"
 #include "enclosed.h"
 #include "flint_ends.h"
 #include "jump_turn.h"
@@ -55,7 +56,7 @@ struct jump_fine *jump_fine_new(const struct sys_system *sys, const struct traj_
     f->time = sga_calloc((size_t)rq->samples + 1, sizeof *f->time);
     SGA_ENDS(arb_end) arb_t a = { 0 };
     for (int i = 0; i < rq->samples; i++) {
-        enclosed_constant(sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], BITS, a);
+        num_ball_constant(sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], BITS, a);
         f->time[i] = jump_fine_ball(a);
     }
     return f;
@@ -87,7 +88,7 @@ bool jump_fine_start(struct jump_fine *f, const struct jump_piece *q, const stru
     int all = of.sys->variables;
     if (!jump_piece_start(q, mode, &r, err))
         return false;
-    enclosed_constant(of.sys->store, of.rq->exact_start, of.rq->start, BITS, t);
+    num_ball_constant(of.sys->store, of.rq->exact_start, of.rq->start, BITS, t);
     f->t = jump_fine_ball(t);
     f->x = sga_realloc(f->x, ((size_t)all + 1) * sizeof *f->x);
     bool ok = r.rows == 1 && r.digits;
