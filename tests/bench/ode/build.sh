@@ -16,7 +16,7 @@ $cc $flags -Wno-unused-variable -iquote tests/bench/ode -c "$out/fields.c" -o "$
 $cc $flags -iquote tests/bench/ode -c tests/bench/ode/gsl.c -o "$out/gsl.o"
 $cc $flags -iquote tests/bench/ode -c tests/bench/ode/sundials.c -o "$out/sundials.o"
 inner=""
-for floor in traj ode sga points lin num poly request form sys expr base; do inner="$inner -iquote lib/$floor"; done
+for floor in traj traj/flow traj/field traj/manifold traj/problem ode sga points lin num poly request form sys expr base; do inner="$inner -iquote lib/$floor"; done
 $cc $flags -iquote tests/bench/ode $inner -c tests/bench/ode/main.c -o "$out/main.o"
 $cc -o "$out/ode" "$out/main.o" "$out/fields.o" "$out/gsl.o" "$out/sundials.o" "$build/libsga.a" \
     -lsundials_cvode -lsundials_arkode -lsundials_ida -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense \
