@@ -286,7 +286,7 @@ enum radau_outcome radau_stages(struct radau *r, struct ode_field *field, struct
         bool fresh_start = turn % 2;
         if ((turn == 2 && r->jac_fresh) || (fresh_start && r->old_h == 0))
             continue;
-        if (!r->jac_known || turn == 2) {
+        if (!r->jac_known || turn == 2 || (r->refused_before && !r->jac_fresh)) {     /* what was refused may have been an old Jacobian's fault */
             step->retry = 0.5;
             if (!jacobian(r, field, step))
                 return RADAU_REFUSED;
