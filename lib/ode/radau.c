@@ -99,7 +99,7 @@ static void radau_forget(void *state)
 {
     struct radau *r = state;
     r->jac_known = r->jac_fresh = r->refused_before = r->trouble = false;
-    r->old_h = r->factored_h = 0;
+    r->old_h = r->factored_h = r->refused_off = 0;
     r->eta = 1;
     r->sign = 0;
     r->since_change = 0;
@@ -156,23 +156,34 @@ void radau_mass_times(const struct radau *r, const double *v, double *out)
             out[i] += r->mass[k] * v[a->col[k]];
 }
 
-/* After a refusal, or with no step before, a large estimate is filtered once more. */
-static double estimate(struct radau *r, struct ode_field *field, struct ode_step *step, double allowed)
+/* The estimate once more, from x + e, which is in place of what stiff components start from; e itself where the field has no value there. */
+static double once_more(struct radau *r, struct ode_field *field, struct ode_step *step, const double *from, double e)
 {
-    double e = filtered(r, field, step, step->t, step->x, step->f, r->tab->defect, 1);
-    if (e <= allowed || !(r->old_h == 0 || r->refused_before))
-        return e;
     for (int j = 0; j < r->n; j++)
-        r->scale[j] = step->x[j] + r->err[j];
+        r->scale[j] = step->x[j] + from[j];
     step->cost++;
     double again = filtered(r, field, step, step->t, r->scale, NULL, r->tab->defect, 1);
     return isfinite(again) ? again : e;
 }
 
+/* After a refusal, or with no step before, a large estimate is filtered once more. */
+static double estimate(struct radau *r, struct ode_field *field, struct ode_step *step, double allowed)
+{
+    double e = filtered(r, field, step, step->t, step->x, step->f, r->tab->defect, 1);
+    return e <= allowed || !(r->old_h == 0 || r->refused_before) ? e : once_more(r, field, step, r->err, e);
+}
+
+/* Where a step starts off the slow motion by less than is allowed, as the step before left it, stiff components go back in no time, and e tells of that: no shorter
+ * step has less of it, unless as short as they are fast. */
+static bool starts_off(const struct radau *r, const struct ode_step *step, double stiff, double off)
+{
+    return stiff > 1 && off <= 1 && r->refused_off > 0 && off * r->refused_h > r->refused_off * fabs(step->h);
+}
+
 /* About |s P^(s-1) e|, and by which power of h it falls; r->err is e, and is used up. A
  * component of eigenvalue -l has P = u = h l / (gamma + h l); the factor goes from 0.6
- * where u is 0 to s where u is 1. */
-static double stiff_part(struct radau *r, const struct ode_step *step, double e, double *power)
+ * where u is 0 to s where u is 1. *off: |P^(s-1) e|. */
+static double stiff_part(struct radau *r, const struct ode_step *step, double e, double *power, double *off)
 {
     double shift = r->tab->gamma / step->h, s = r->tab->s;
     for (int k = 1; k < r->tab->s; k++) {
@@ -187,6 +198,7 @@ static double stiff_part(struct radau *r, const struct ode_step *step, double e,
     }
     double left = norm(r, step, r->err), u = e > 0 ? fmin(1, pow(left / e, 1 / (s - 1))) : 0;
     *power = fmax(s, (s + 1 - u) + (s - 1) * (1 - u));
+    *off = left;
     return (0.6 + (s - 0.6) * u * u) * left;
 }
 
@@ -204,7 +216,15 @@ static enum ode_outcome radau_attempt(void *state, struct ode_field *field, stru
     }
     memcpy(step->dx, r->z + (size_t)(r->tab->s - 1) * (size_t)r->n, (size_t)r->n * sizeof *step->dx);
     double allowed = credit(r, step), e = estimate(r, field, step, allowed);
-    double power, stiff = stiff_part(r, step, e, &power);
+    double power, off, *was = r->pair + r->n;
+    memcpy(was, r->err, (size_t)r->n * sizeof *was);
+    double stiff = stiff_part(r, step, e, &power, &off);
+    if (starts_off(r, step, stiff, off)) {
+        double gone, again = once_more(r, field, step, was, e);
+        stiff = isfinite(again) ? stiff_part(r, step, again, &power, &gone) : stiff;
+    }
+    r->refused_off = off;
+    r->refused_h = fabs(step->h);
     step->error = fmax(e / allowed, stiff);
     step->error_order = stiff > e / allowed ? power : r->tab->s + 1;
     step->dense_error = e * r->tab->dense;
@@ -250,6 +270,7 @@ static double next_size(struct radau *r, const struct ode_step *step, double fac
     r->jac_known = r->iterations == 1 || r->theta < KEEP_JACOBIAN;
     r->fresh_iterations = r->jac_fresh ? r->iterations : r->fresh_iterations;
     r->refused_before = r->jac_fresh = false;
+    r->refused_off = 0;
     bool as_long = factor >= 1;
     factor *= (1.0 + 2 * most) / (r->iterations + 2 * most);
     if (choose_order(r, factor))

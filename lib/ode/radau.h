@@ -33,6 +33,7 @@ struct radau {
     int since_change;              /* steps */
     bool trouble;                  /* the last step had to be repeated for lack of convergence */
     bool refused_before;
+    double refused_off, refused_h; /* of the last attempt at this step: see starts_off; 0: there was none */
     double kept;                   /* what steps since the last factorisation have lost by its matrices, in such steps */
     int fresh_iterations;          /* of the last one with a Jacobian of its own */
 };
