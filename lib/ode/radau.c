@@ -40,7 +40,7 @@
 #define LOWER_ABOVE 0.8
 #define CHANGE_AFTER 10
 /* What a step may start off the slow motion by, in errors allowed: farther off, the motion itself is fast. */
-#define OFF_MOST 10.0
+#define OFF_START 10.0
 
 /* Ready for steps on the equations eq, or on the field. */
 static void set_up(struct radau *r, const struct ode_problem *p, const struct ode_implicit *eq)
@@ -179,7 +179,7 @@ static double estimate(struct radau *r, struct ode_field *field, struct ode_step
  * step has less of it, unless as short as they are fast. */
 static bool starts_off(const struct radau *r, const struct ode_step *step, double stiff, double off)
 {
-    return stiff > 1 && off <= OFF_MOST && r->refused_off > 0 && off * r->refused_h > r->refused_off * fabs(step->h);
+    return stiff > 1 && off <= OFF_START && r->refused_off > 0 && off * r->refused_h > r->refused_off * fabs(step->h);
 }
 
 /* About |s P^(s-1) e|, and by which power of h it falls; r->err is e, and is used up. A
