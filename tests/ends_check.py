@@ -11,6 +11,7 @@ from tally import Tally, build_folder, scaled, seed
 
 RUNS = 240
 HELD = 0.97           # of the estimates
+NEGATIVE = {"sqrt": "x", "acos": "1 - x", "power": "x - 1/4"}     # beyond the end of a domain
 
 
 def bouncing(height, part):
@@ -36,6 +37,8 @@ def drawn(rng):
         ("impasse", ["x"], ["x*x' = -1"], {"x": a}, [], a * a / 2, rank),
         ("fold", ["x", "y"], ["x' = y", f"y^2 = {b} - x"], {"x": 0, "y": math.sqrt(b)}, [], 2 * math.sqrt(b), rank),
         ("sqrt", ["x"], [f"x' = -sqrt(x) - {c}"], {"x": a}, [], 2 * math.sqrt(a) - 2 * c * math.log((math.sqrt(a) + c) / c), lost),
+        ("acos", ["x", "y"], [f"x' = {c}", "y' = y - acos(x)/10"], {"x": 1 - a, "y": b} if a < 1.9 else {"x": 0, "y": b}, [], (a if a < 1.9 else 1) / c, lost),
+        ("power", ["x", "z"], [f"x' = -{c}", "z' = (x - 1/4)^(5/2)"], {"x": 0.25 + a, "z": 0}, [], a / c, lost),
         ("pole", ["x", "u"], [f"x' = -{c}", "u*(x - 1/2) = 1"], {"x": 0.5 + a}, [], a / c, blow),
         ("log", ["x", "y"], ["x' = -1", "y = log(x)"], {"x": a}, [], a, lost),
         ("event", ["x", "v"], ["x' = v", f"v' = -{c}"], {"x": a, "v": b}, [{"name": "ground", "action": "stop", **fall}], (b + math.sqrt(b * b + 2 * c * a)) / c, ("event",)),
@@ -74,6 +77,8 @@ def main():
             tally.check(ended["error"] is None, f"{label}: a limit of work has no error", ended)
             continue
         tally.check(ended["reason"] in reasons, f"{label}: why", ended)
+        if ended["reason"] == "left_domain" and name in NEGATIVE:
+            tally.check(f"{NEGATIVE[name]} is negative" in ended["detail"], f"{label}: what has no value beyond", ended)
         if accuracy.get("arithmetic") and ended["error"] is None and ended["reason"] == "left_domain":       # beside one whose steps ended
             continue
         tally.check(ended["error"] is not None and ended["error"] < max(1e-5, 100 * accuracy["rtol"]) * max(1, t), f"{label}: an error that says something", ended)

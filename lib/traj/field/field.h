@@ -182,6 +182,9 @@ bool field_inside(struct field *f, double t, const double *x);
 bool field_guards_init(struct field *f, struct sga_error *err);
 void field_guards_forget(struct field *f);
 bool field_along(struct field *f, const struct ode_path *path);
+/* The end of a domain that the motion has ended at, at the time t: by its value and rate at the last point taken it comes to 0 within `near` of t. A root
+ * of the guard; -1: there is none. Cost: one evaluation of the field, two of the guard. */
+int field_border_ahead(struct field *f, double t, double near);
 void field_along_anew(struct field *f);       /* a solution begins: nothing is known of the steps before */
 /* fell_t as it is seen from the last point that the motion has taken. */
 void field_fall_refine(struct field *f);

@@ -322,6 +322,34 @@ static bool goes_on(struct along *a, double *g, double *quiet)
     return plain(a, longer ? PLACES : 1, g) || asked(a, &way);
 }
 
+int field_border_ahead(struct field *f, double t, double near)
+{
+    static const double BACK = 1e-6;           /* of the way made: the rates are differences */
+    size_t n = (size_t)f->n, c = (size_t)f->guards;
+    double back = BACK * (f->home_t - f->begin_t), best = near;
+    int found = -1;
+    if (f->guard_ends == f->guards || back == 0)
+        return -1;
+    SGA_FREED double *v = sga_malloc((n + 2 * c + 1) * sizeof *v);
+    double *g = v + n, *before = g + c;
+    if (!field_eval(f, f->home_t, f->home, v))
+        return -1;
+    field_load(f, f->home_t, f->home);
+    num_tape_eval(f->guard, f->in, g);
+    for (size_t j = 0; j < n; j++)
+        f->in[j] -= back * v[j];
+    f->in[n] -= back;
+    num_tape_eval(f->guard, f->in, before);
+    for (int k = f->guard_ends; k < f->guards; k++) {
+        double zero = f->home_t + back * g[k] / (before[k] - g[k]), apart = fabs(zero - t);
+        if (apart <= best) {
+            best = apart;
+            found = k;
+        }
+    }
+    return found;
+}
+
 void field_along_anew(struct field *f)
 {
     f->along_t = NAN;

@@ -115,8 +115,8 @@ static bool say_steep(struct flow *f, const struct traj_request *rq, struct traj
     return true;
 }
 
-/* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. */
-static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
+/* What grows without bound may be what a stratum leaves undetermined, and what is lost by numbers may be lost beside one. False: there is no such place. */
+static bool look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
 {
     double apart = grows ? FIELD_SOON : ENDINGS_NEAR;
     int pole, pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, false, &pole);
@@ -124,6 +124,7 @@ static void look_for_stratum(struct flow *f, const struct traj_request *rq, bool
         tends_to_stratum(f, rq, pivot, r);
     else if (!(grows && say_rates(f, rq, apart, r)) && pole >= 0 && f->field.lost_pole < 0)
         tends_to_pole(f, pole, grows, r);
+    return pivot >= 0 || pole >= 0;
 }
 
 /* An equation that was redundant as far as this. */
@@ -178,14 +179,18 @@ static bool say_valued(const struct flow *f, const struct traj_request *rq, stru
     return true;
 }
 
-/* The end of a function's domain, which the motion would be back from within a step. */
-static bool say_border(const struct flow *f, const struct traj_request *rq, struct traj_result *r)
+/* The end of a function's domain: one that the motion would be back from within a step, or (ahead) that it has come to. */
+static bool say_border(struct flow *f, const struct traj_request *rq, bool ahead, struct traj_result *r)
 {
     static const double SAME = 1e-6;
-    const struct field *field = &f->field;
-    if (field->border < 0 || !(fabs(field->border_t - r->ended_t) <= SAME * fabs(r->ended_t - rq->start)))
+    struct field *field = &f->field;
+    double near = SAME * fabs(r->ended_t - rq->start);
+    int border = field->border >= 0 && fabs(field->border_t - r->ended_t) <= near ? field->border : -1;
+    if (border < 0 && ahead)
+        border = field_border_ahead(field, r->ended_t, fmax(near, r->ended_error));
+    if (border < 0)
         return false;
-    SGA_FREED char *text = expr_text(f->sys->store, field->guard_expr[field->border], 120);
+    SGA_FREED char *text = expr_text(f->sys->store, field->guard_expr[border], 120);
     r->ended_reason = "left_domain";
     snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time %s is negative, and a function in the equations has no value there", text);
     return true;
@@ -226,7 +231,7 @@ static void explain(struct flow *f, const struct traj_request *rq, enum ode_reas
     }
     if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH) && say_rounded(f, r))
         return;
-    if ((reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH) && say_border(f, rq, r))
+    if ((reason == ODE_LEFT_DOMAIN || reason == ODE_NOT_SMOOTH) && say_border(f, rq, false, r))
         return;
     if (reason == ODE_LEFT_DOMAIN && say_valued(f, rq, r))
         return;
@@ -235,8 +240,10 @@ static void explain(struct flow *f, const struct traj_request *rq, enum ode_reas
             say_rank(f, rq, r);
     } else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
         say_pole(f, false, "is 0 here", r);
-    else if (reason == ODE_LEFT_DOMAIN || reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH)
-        look_for_stratum(f, rq, false, r);
+    else if (reason == ODE_LEFT_DOMAIN || reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH) {
+        if (!look_for_stratum(f, rq, false, r) && reason == ODE_LEFT_DOMAIN)
+            say_border(f, rq, true, r);
+    }
     else if (reason == ODE_BLOW_UP) {
         if (f->field.lost_pole >= 0)
             say_pole(f, true, "is 0 here", r);
