@@ -180,7 +180,8 @@ static double try_implicit(struct ode_march *m, double h)
     c->h = c->h > 0 ? 0.9 * c->h + 0.1 * own : own;
     if (!stiff && steps < c->try_at)
         return h;
-    bool postpone = !stiff && steps < TRY_AFTER && fabs(m->stop - m->t) < TRY_MANY * c->h;
+    double usual = own < STEADY * c->h ? own : c->h;       /* far shorter than the ones before: they are what is to come */
+    bool postpone = !stiff && steps < TRY_AFTER && fabs(m->stop - m->t) < TRY_MANY * usual;
     if (stiff)
         c->enough *= 2;
     else

@@ -221,8 +221,37 @@ static void test_choice(void)
     ode_result_free(&b);
 }
 
+/* The motion is slow, x = exp(-2 t), y = exp(-t); what is off it dies away in a millionth of the time. */
+static bool kaps(void *c, double t, const double *x, double *dx)
+{
+    (void)c;
+    (void)t;
+    dx[0] = -(1e6 + 2) * x[0] + 1e6 * x[1] * x[1];
+    dx[1] = x[0] - x[1] * (1 + x[1]);
+    return true;
+}
+
+/* No tolerance takes many times the work of the next one: not for an old Jacobian, and not to follow what a step has left off the slow motion. */
+static void test_even_work(void)
+{
+    double x[] = {1, 1}, most = 0, error = 0;
+    struct ode_problem p = {.n = 2, .rhs = kaps};
+    for (int k = 24; k <= 96; k++) {
+        double tol = pow(10, -k / 8.0);
+        struct ode_result r = solve(&p, x, 10, 4, tol, tol, NULL);
+        CHECK(r.count == 4 && r.stats.implicit_steps > 0 && r.stats.refused < r.stats.steps, "%g: %ld steps, %ld refused", tol, r.stats.steps, r.stats.refused);
+        most = fmax(most, (double)r.stats.evaluations * pow(tol, 0.1));
+        for (int i = 0; i < r.count; i++)
+            error = fmax(error, fabs(r.samples[2 * i + 1] - exp(-2.5 * (i + 1))) / tol);
+        ode_result_free(&r);
+    }
+    CHECK(most < 600, "%g evaluations", most);
+    CHECK(error < 10, "%g tolerances", error);
+}
+
 int main(void)
 {
+    test_even_work();
     test_tables();
     test_published("radau", 1500);
     test_published(NULL, 4000);
