@@ -73,7 +73,7 @@ def main():
     for path in texts:
         if path.endswith(".c"):
             at = os.path.dirname(path).split("/")
-            folders["/".join(at[:3 if at[:2] == ["lib", "run"] else 2])].append(path)
+            folders["/".join(at[:3 if at[:2] in (["lib", "run"], ["lib", "traj"]) else 2])].append(path)
             folders["all"].append(path)
             folders[f"`{at[0]}/`, all"].append(path)
     rows = ["| folder | lines | of a file | of a function | reach | above 15 | exports |", "| --- | --- | --- | --- | --- | --- | --- |"]
