@@ -359,6 +359,77 @@ static void fill_samples(struct jump_pass *p, const struct traj_request *rq, dou
     }
 }
 
+/* Room for what the motion will have. */
+static void make_room(struct jump_pass *p, const struct traj_request *rq, int columns)
+{
+    size_t rows = (size_t)rq->samples + 1, cells = rows * ((size_t)columns + 1), events = (size_t)rq->events + 1;
+    p->r.columns = columns;
+    p->r.ended_event = -1;
+    p->r.t = sga_calloc(rows, sizeof(double));
+    p->r.value = sga_calloc(cells, sizeof(double));
+    p->each = sga_calloc(cells, sizeof(double));
+    if (p->boxed)
+        p->r.radius = sga_calloc(cells, sizeof *p->r.radius);
+    if (jump_is_exact(rq) || p->boxed)
+        p->r.digits = sga_calloc(cells, sizeof *p->r.digits);
+    p->count = sga_calloc(events, sizeof *p->count);
+    p->idle = slide_any(rq) && !p->boxed ? sga_calloc(events, sizeof *p->idle) : NULL;
+}
+
+/* The piece that was asked for goes into the motion, which has come to *t. Whether another one follows; *ok false: err. The piece is cleared. */
+static bool take_piece(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct traj_request *rq, struct traj_result *piece, double tighter,
+                       double wrong, double *t, bool *ok, struct sga_error *err)
+{
+    if (!p->r.initial) {
+        p->r.initial = piece->initial;
+        p->r.moved = piece->moved;
+        piece->initial = NULL;
+        *ok = starts_clear(s, rq->start, p->r.initial, err);
+    }
+    *ok = *ok && (!p->fine || read_end(p, s, piece, err));
+    if (*ok && p->boxed)
+        jump_boxed_twins(p->boxed, q, jump_carried(s->mode).rq, p->count, piece);
+    jump_join(p, q, piece);
+    if (p->fine && piece->ended_event >= 0)
+        fill_samples(p, rq, piece->error_estimate);
+    if (p->boxed && piece->ended_event >= 0)
+        jump_boxed_end(p, s->mode->rq, s->mode->sys, q->whole[piece->ended_event]);
+    jump_note_switches(p, q, s->mode, piece);
+    *t = piece->ended_t;
+    bool over = *ok && !s->j.slope && jump_over(p, q, &s->j, rq, piece, t);
+    *ok = *ok && (over || !piece->stratum || in_time(rq, err));       /* what was not found for want of time may be there */
+    bool more = *ok && (over || go_on(p, q, s, s->mode->rq, piece, tighter, wrong, ok, err));
+    take_units(&p->r, piece);
+    traj_result_clear(piece);
+    return more;
+}
+
+/* The next piece is asked for, from t on; *done: samples that are behind. False: none is left, or *ok false and err. */
+static bool next_piece(struct jump_pass *p, struct jump_piece *q, struct turn *s, const struct traj_request *rq, double t, double wrong, int *done, bool *ok,
+                       struct sga_error *err)
+{
+    double direction = jump_direction(rq);
+    while (!p->fine && !p->boxed && *done < rq->samples && (rq->times[*done] - t) * direction <= 0)
+        ++*done;
+    *done = p->fine || p->boxed ? p->r.rows : *done;
+    if (*done == rq->samples)
+        return false;
+    double late = p->fine ? 0 : wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
+    q->q.start = (rq->times[*done] - t) * direction > 2 * late ? t + direction * late : t;
+    q->q.times = rq->times + *done;
+    q->q.samples = rq->samples - *done;
+    q->q.initial = q->x;
+    q->q.given = q->given;
+    q->q.held = q->held;
+    if (p->fine)
+        *ok = jump_fine_begin(p->fine, q, s, *done, rq->samples, err);
+    else if (p->boxed)
+        *ok = jump_boxed_begin(p->boxed, q, s, rq, *done, err);
+    else
+        jump_exact_times(q, rq, *done);
+    return *ok;
+}
+
 /* The whole motion once. *p is cleared where it fails. */
 bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, double tighter, double wrong,
                      struct sga_error *err)
@@ -373,18 +444,7 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         jump_fine_first(&q, jump_carried(first).rq);
     if (p->boxed)
         jump_boxed_first(p->boxed, &q, jump_carried(first).rq);
-    size_t rows = (size_t)rq->samples, columns = (size_t)q.columns;
-    p->r.columns = q.columns;
-    p->r.ended_event = -1;
-    p->r.t = sga_calloc(rows + 1, sizeof(double));
-    p->r.value = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
-    p->each = sga_calloc((rows + 1) * (columns + 1), sizeof(double));
-    if (p->boxed)
-        p->r.radius = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.radius);
-    if (jump_is_exact(rq) || p->boxed)
-        p->r.digits = sga_calloc((rows + 1) * (columns + 1), sizeof *p->r.digits);
-    p->count = sga_calloc((size_t)rq->events + 1, sizeof *p->count);
-    p->idle = slide_any(rq) && !p->boxed ? sga_calloc((size_t)rq->events + 1, sizeof *p->idle) : NULL;
+    make_room(p, rq, q.columns);
     bool ok = turn_init(&s, first, err), more = ok;
     if (!rq->modes && !p->fine)
         jump_exact_start(&q, rq);
@@ -394,59 +454,15 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         ok = more = begin(p, &q, &s, rq, tighter, err);
     for (int done = 0; more;) {
         struct traj_result piece;
+        double t;
         q.idle = p->boxed ? p->boxed->idle : p->idle;
         q.zero = p->boxed ? p->boxed->zero : NULL;
         q.flat = p->boxed ? p->boxed->flat : NULL;
         jump_piece_events(&q, jump_carried(s.mode).rq, p->count);
         ok = sga_budget_ok(rq->budget, err) && traj_run(jump_carried(s.mode).sys, jump_carried(s.mode).sol, &q.q, &piece, err);
-        if (!ok && keeps_rows(p, rq, err)) {
-            *err = (struct sga_error){ 0 };
-            ok = true;
-            break;
-        }
-        if (!ok)
-            break;
-        if (!p->r.initial) {
-            p->r.initial = piece.initial;
-            p->r.moved = piece.moved;
-            piece.initial = NULL;
-            ok = starts_clear(&s, rq->start, p->r.initial, err);
-        }
-        ok = ok && (!p->fine || read_end(p, &s, &piece, err));
-        if (ok && p->boxed)
-            jump_boxed_twins(p->boxed, &q, jump_carried(s.mode).rq, p->count, &piece);
-        jump_join(p, &q, &piece);
-        if (p->fine && piece.ended_event >= 0)
-            fill_samples(p, rq, piece.error_estimate);
-        if (p->boxed && piece.ended_event >= 0)
-            jump_boxed_end(p, s.mode->rq, s.mode->sys, q.whole[piece.ended_event]);
-        jump_note_switches(p, &q, s.mode, &piece);
-        double t = piece.ended_t, direction = jump_direction(rq);
-        bool over = ok && !s.j.slope && jump_over(p, &q, &s.j, rq, &piece, &t);
-        ok = ok && (over || !piece.stratum || in_time(rq, err));       /* what was not found for want of time may be there */
-        more = ok && (over || go_on(p, &q, &s, s.mode->rq, &piece, tighter, wrong, &ok, err));
-        take_units(&p->r, &piece);
-        traj_result_clear(&piece);
-        while (more && !p->fine && !p->boxed && done < rq->samples && (rq->times[done] - t) * direction <= 0)
-            done++;
-        done = p->fine || p->boxed ? p->r.rows : done;
-        more &= done < rq->samples;
-        double late = p->fine ? 0 : wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
-        q.q.start = more && (rq->times[done] - t) * direction > 2 * late ? t + direction * late : t;
-        q.q.times = rq->times + done;
-        q.q.samples = rq->samples - done;
-        q.q.initial = q.x;
-        q.q.given = q.given;
-        q.q.held = q.held;
-        if (p->fine)
-            ok = ok && (!more || jump_fine_begin(p->fine, &q, &s, done, rq->samples, err));
-        else if (p->boxed)
-            ok = ok && (!more || jump_boxed_begin(p->boxed, &q, &s, rq, done, err));
-        else
-            jump_exact_times(&q, rq, done);
-        more &= ok;
+        more = ok && take_piece(p, &q, &s, rq, &piece, tighter, wrong, &t, &ok, err) && next_piece(p, &q, &s, rq, t, wrong, &done, &ok, err);
     }
-    if (!ok && p->r.initial && keeps_rows(p, rq, err)) {        /* in what a mode needs */
+    if (!ok && keeps_rows(p, rq, err)) {        /* no time for another piece, or for what a mode needs */
         *err = (struct sga_error){ 0 };
         ok = true;
     }
