@@ -18,7 +18,12 @@ static const double SHORT = 0.2;
 /* Operations after which a point that was found is enough: what takes a second, whatever the machine. */
 static const double ENOUGH = 3e8;
 
-enum { SETTLE = 60, WALK = 200, FEW = 6, ROUNDS = 3, LOOSER = 3, STARTS = 8, MORE_STARTS = 16 };
+/* The same of places to look for a nearer one at. */
+static const double ENOUGH_AROUND = 3e7;
+/* In units: not far. */
+static const double NEAR = 0.5;
+
+enum { IDLE = 16, IDLE_NONE = 48, LATER = 100, SETTLE = 60, WALK = 200, FEW = 6, ROUNDS = 3, LOOSER = 3, STARTS = 8, MORE_STARTS = 16 };
 
 /* In [-2, 2), by name and turn. */
 static double scatter(const char *name, int turn)
@@ -131,6 +136,28 @@ static void loosen(struct tiers_search *s, struct tiers_found *best, struct tier
     }
 }
 
+/* No point was found, or the nearest one is not near: others may be nearer, which ways from far and wide have missed. From places around the guess, ever farther
+ * from it where there is none, else nearer to it than that point, until a number of them find no nearer one. */
+static void look_around(struct tiers_search *s, struct tiers_found *best, struct tiers_found *new)
+{
+    static const double part[] = { 0.25, 0.0625, 0.125, 0.5 };
+    double before = s->t.effort;
+    for (int k = 0, idle = 0; idle < (best->any ? IDLE : IDLE_NONE) && s->t.effort - before < ENOUGH_AROUND && goes_on(s, best); k++) {
+        if (best->any && best->score[0] <= NEAR * NEAR)
+            return;
+        double radius = best->any ? sqrt(best->score[0]) * part[k % 4] : ldexp(0.5, k / 8);
+        bool walk = k % 2;
+        for (int j = 0; j < s->t.n; j++)
+            new->x[j] = s->rq->initial[j] + (s->tier[j] >= 0 ? scatter(s->name[j], LATER + k) * radius * s->unit[j] : 0);
+        idle++;
+        if (reach(s, new->x, walk ? 1 : LOOSE, walk ? SHORT * fmax(1, radius) : INFINITY, walk ? WALK : SETTLE, NULL)) {
+            tiers_complete(s, new);
+            if (keep(s, best, new))
+                idle = 0;
+        }
+    }
+}
+
 /* From the guess and from places around it. */
 void tiers_from_guess(struct tiers_search *s, struct tiers_found *best, struct tiers_found *new)
 {
@@ -147,6 +174,8 @@ void tiers_from_guess(struct tiers_search *s, struct tiers_found *best, struct t
     }
     if (s->stage >= TIERS_MOVE_ALL)
         loosen(s, best, new);
+    if (!only)
+        look_around(s, best, new);
     if (!only && best->any)
         retreat(s, best, new);
 }
