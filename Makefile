@@ -376,7 +376,7 @@ lint: deps
 coverage: deps
 	@$(MAKE) --no-print-directory WERROR=0 B=build-coverage CFLAGS="-O1 -g --coverage -fprofile-update=atomic" all units
 	@find build-coverage -name '*.gcda' -delete
-	@tests/run build-coverage $(or $(SUITES),unit self cases hard parameters operator mechanical symmetry service) | tail -n 30
+	@tests/run build-coverage $(or $(SUITES),unit self cases hard parameters operator mechanical symmetry linearization equilibria dirac derivation export sensitivities fit switches tables enclosures errors store service) | tail -n 30
 	@/usr/bin/python3 tests/coverage.py build-coverage --write
 mutants: deps
 	@/usr/bin/python3 tests/mutate.py build-mutants $(or $(MUTANTS),40) $(FOLDERS)
