@@ -23,6 +23,7 @@ struct ode_choice {
     int stiff;                      /* explicit steps of late that stability has set the size of */
     int enough;                     /* such steps before the implicit method is tried */
     long try_at;                    /* steps at which it is tried anyway */
+    long since;                     /* steps at which explicit ones took over again: it may be stiff soon once more; 0: never */
     long back_at;                   /* steps at which the explicit one is thought of */
 };
 

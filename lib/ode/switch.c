@@ -185,7 +185,7 @@ static double try_implicit(struct ode_march *m, double h)
     if (stiff)
         c->enough *= 2;
     else
-        c->try_at = postpone ? TRY_AFTER : steps < TRY_AFTER ? 4 * steps : 2 * steps;
+        c->try_at = postpone ? TRY_AFTER : c->since ? c->since + 2 * (steps - c->since) : steps < TRY_AFTER ? 4 * steps : 2 * steps;
     if (postpone)
         return h;
     c->stiff = 0;
@@ -264,7 +264,8 @@ static double try_explicit(struct ode_march *m, double h)
     ode_control_begin(&m->control, c->explicit->error_order);
     c->h = there;
     c->stiff = 0;
-    c->try_at = m->res->stats.steps + TRY_AFTER;
+    c->since = m->res->stats.steps;
+    c->try_at = c->since + TRY_AFTER;
     if (c->series_at >= 0)
         c->series_at = m->res->stats.steps + c->series_wait;
     return there;
