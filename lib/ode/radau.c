@@ -179,7 +179,8 @@ static double estimate(struct radau *r, struct ode_field *field, struct ode_step
  * step has less of it, unless as short as they are fast. */
 static bool starts_off(const struct radau *r, const struct ode_step *step, double stiff, double off)
 {
-    return stiff > 1 && off <= OFF_START && r->refused_off > 0 && off * r->refused_h > r->refused_off * fabs(step->h);
+    double h = fabs(step->h);
+    return stiff > 1 && off <= OFF_START && r->refused_off > 0 && h < r->refused_h && off * r->refused_h > r->refused_off * h;
 }
 
 /* About |s P^(s-1) e|, and by which power of h it falls; r->err is e, and is used up. A
