@@ -342,7 +342,7 @@ int field_border_ahead(struct field *f, double t, double near)
     num_tape_eval(f->guard, f->in, before);
     for (int k = f->guard_ends; k < f->guards; k++) {
         double zero = f->home_t + back * g[k] / (before[k] - g[k]), apart = fabs(zero - t);
-        if (apart <= best) {
+        if (before[k] > g[k] && apart <= best) {
             best = apart;
             found = k;
         }
