@@ -294,21 +294,35 @@ static void eval(struct num_ball *b, expr_id e)
     }
 }
 
-/* The highest 64 bits as a whole number, odd where any bit below them is set, round as all of the bits do. */
-double num_ball_double(const arf_t x, slong exponent)
+/* The highest 64 bits as a whole number, odd where any bit below them is set, to be rounded as all of the bits are; what it is to be multiplied by is a
+ * power of 2, in a range that ends all doubles. */
+static mp_limb_t highest(const arf_t x, slong exponent, int *power)
 {
     enum { RANGE = 4000 };
-    if (arf_is_zero(x))
-        return 0;
-    if (arf_is_special(x))
-        return arf_get_d(x, ARF_RND_NEAR);
     mp_srcptr limb;
     mp_size_t limbs;
     ARF_GET_MPN_READONLY(limb, limbs, x);
-    mp_limb_t top = limb[limbs - 1] | (limbs > 1);
     slong e = num_ball_log2(x) - exponent;        /* it is in 2^(e - 1) .. 2^e */
-    double v = ldexp((double)top, (int)(e > RANGE ? RANGE : e < -RANGE ? -RANGE : e) - FLINT_BITS);
-    return arf_sgn(x) < 0 ? -v : v;
+    *power = (int)(e > RANGE ? RANGE : e < -RANGE ? -RANGE : e) - FLINT_BITS;
+    return limb[limbs - 1] | (limbs > 1);
+}
+
+double num_ball_double(const arf_t x, slong exponent)
+{
+    int power;
+    if (arf_is_special(x))
+        return arf_get_d(x, ARF_RND_NEAR);
+    double v = (double)highest(x, exponent, &power);
+    return ldexp(arf_sgn(x) < 0 ? -v : v, power);
+}
+
+long double num_ball_long(const arf_t x, slong exponent)
+{
+    int power;
+    if (arf_is_special(x))
+        return arf_get_d(x, ARF_RND_NEAR);
+    long double v = highest(x, exponent, &power);
+    return ldexpl(arf_sgn(x) < 0 ? -v : v, power);
 }
 
 static void extend(struct num_ball *b, int nodes)

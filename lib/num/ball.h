@@ -52,6 +52,8 @@ static inline slong num_ball_log2(const arf_t x)
 
 /* x 2^-exponent, rounded to nearest: what is beyond the range of doubles is infinite or 0. Without the way by MPFR that arf_get_d takes. */
 double num_ball_double(const arf_t x, slong exponent);
+/* The same to the bits of long double: at most LDBL_EPSILON off, relatively. */
+long double num_ball_long(const arf_t x, slong exponent);
 
 /* The inverse of a solve's matrix, m x m, row by row: borrowed until values change. Indeterminate where the matrix may be singular.
  * Some m^3 once for a point. */

@@ -11,6 +11,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "larger.h"
 #include "least_singular.h"
 #include "lin_sparse.h"
 #include "lin_stairs.h"
@@ -20,6 +21,8 @@
 
 enum { DENSE_ROWS = 200 };     /* up to here the inverse costs less than a millisecond, and its radii are narrower */
 enum { MOST_GROUPS = 8 };      /* of generations: where there are more, several make one */
+enum { SPREAD_BITS = 64 };     /* for how far differentials are from numbers that are rounded to 53 */
+enum { MOST_WITHIN = 32 };     /* log2 of the radius, in units of the precision, of the ball that differentials are taken in first: little beside 2^-53 */
 
 /* Upper bound of |v| * 2^-exponent as a double. */
 static double bound(const arb_t v, slong exponent)
@@ -183,50 +186,49 @@ double square_spread(const struct square *q, const struct lin_sparse *B)
     SGA_ARENA(mem);
     const int *place = places(q, &mem);
     double *column = sga_zeros(&mem, (size_t)q->unknowns + 1, sizeof *column), rows = 0, columns = 0;
-    SGA_ENDS(arf_end) arf_t b = { 0 };
-    SGA_ENDS(arb_end) arb_t off = { 0 };
     for (int k = 0, e = 0; k < q->c; k++) {
         double row = 0;
         for (int l = 0; l < q->j->cols[k]; l++) {
             int at = place[q->j->col[k][l]];
             if (at < 0)
                 continue;
-            arf_set_d(b, B->val[e++]);
-            arb_mul_2exp_si(off, q->j->entry[k] + l, square_scale(q, q->j->col[k][l]) - q->exponent[k]);
-            arb_sub_arf(off, off, b, 64);
-            double size = bound(off, 0);
+            arb_srcptr v = q->j->entry[k] + l;
+            slong exponent = q->exponent[k] - square_scale(q, q->j->col[k][l]);
+            long double mid = num_ball_long(arb_midref(v), exponent), off = fabsl(mid - B->val[e++]) + LDBL_EPSILON * fabsl(mid);
+            double size = (double)off + radius(v, exponent) + DBL_MIN;
+            if (!isfinite(size))
+                return INFINITY;
             row += size;
             column[at] += size;
         }
-        rows = fmax(rows, row);
+        rows = sga_larger(rows, row);
     }
     for (int i = 0; i < q->unknowns; i++)
-        columns = fmax(columns, column[i]);
+        columns = sga_larger(columns, column[i]);
     return sqrt(rows * columns) * (1 + 1e-9);
 }
 
-/* With sigma > 0 no more than the least singular value of B, |xi(x~)| / sigma = beta and |J(X) - B| = eta over the ball X of radius rho about
- * x~: x -> x - B^+ xi(x) with B^+ = B^T (B B^T)^-1, |B^+| <= 1 / sigma, maps what the ball has of the plane x~ + B^T y into itself and contracts there
- * if beta + eta / sigma rho < rho, as I - B^+ J is B^+ (B - J) on differences B^T y; where it rests xi is 0. */
-static bool contracts_by(struct square *q, const struct lin_sparse *B, double sigma, double residual, slong prec)
+static void set_radii(struct square *q, double rho, slong prec)
 {
-    const struct points_space *s = q->j->space;
-    struct num_ball *ball = &q->p->ball;
-    double beta = residual / sigma, rho = 2 * beta * (1 + 1e-9) + 1e-3;
-    bool ok = sigma > 0 && isfinite(rho);
-    for (int i = 0; i < q->unknowns && ok; i++) {
-        mag_ptr radius = arb_radref(ball->symbol + s->variable[q->unknown[i]]);
+    for (int i = 0; i < q->unknowns; i++) {
+        mag_ptr radius = arb_radref(q->p->ball.symbol + q->j->space->variable[q->unknown[i]]);
         mag_set_d(radius, rho);
         mag_mul_2exp_si(radius, radius, square_scale(q, q->unknown[i]) - prec);
     }
-    if (ok) {
-        points_jacobian_values(q->j, ball);
-        points_jacobian_entries(q->j, ball);
-        ok = (beta + square_spread(q, B) / sigma * rho) * (1 + 1e-9) < rho;
-    }
-    for (int i = 0; i < q->unknowns && !ok; i++)
-        mag_zero(arb_radref(ball->symbol + s->variable[q->unknown[i]]));
-    return ok;
+}
+
+static void values_at(struct square *q, slong prec)
+{
+    q->p->ball.prec = prec;
+    points_jacobian_values(q->j, &q->p->ball);
+}
+
+/* The differentials in the ball of radius rho about the present point, to SPREAD_BITS. */
+static void differentials_within(struct square *q, double rho, slong prec)
+{
+    set_radii(q, rho, prec);
+    values_at(q, SPREAD_BITS);
+    points_jacobian_entries(q->j, &q->p->ball);
 }
 
 bool square_stairs(const struct square *q, const struct lin_sparse *B, struct lin_stairs *stairs)
@@ -242,27 +244,58 @@ bool square_stairs(const struct square *q, const struct lin_sparse *B, struct li
     return lin_stairs_init(stairs, B, group, q->c ? group[q->c - 1] + 1 : 1);
 }
 
+/* A bound of |xi(x)|, in units of 2^-prec. */
+static double residual(const struct square *q, slong prec)
+{
+    double sum = 0;
+    for (int k = 0; k < q->c; k++) {
+        double r = bound(num_ball_value(&q->p->ball, q->j->space->constraint[k]), q->exponent[k] - prec);
+        sum += r * r;
+    }
+    return sqrt(sum) * (1 + 1e-9);
+}
+
+/* A matrix near J(X), |J(X) - B| = eta over the ball X of radius `within`. */
+struct near {
+    const struct lin_sparse *B;
+    double eta, within;
+};
+
+/* With sigma > 0 no more than the least singular value of B, |xi(x~)| / sigma = beta and |J(X) - B| = eta over the ball X of radius rho about
+ * x~: x -> x - B^+ xi(x) with B^+ = B^T (B B^T)^-1, |B^+| <= 1 / sigma, maps what the ball has of the plane x~ + B^T y into itself and contracts there
+ * if beta + eta / sigma rho < rho, as I - B^+ J is B^+ (B - J) on differences B^T y; where it rests xi is 0. That eta is of a larger ball, as a rule. */
+static bool contracts_by(struct square *q, const struct near *near, double sigma, double residual, slong prec)
+{
+    double beta = residual / sigma, rho = 2 * beta * (1 + 1e-9) + 1e-3, eta = near->eta;
+    if (!(sigma > 0) || !isfinite(rho))
+        return false;
+    bool ok = rho <= near->within && (beta + eta / sigma * rho) * (1 + 1e-9) < rho;
+    if (!ok) {
+        differentials_within(q, rho, prec);
+        ok = (beta + square_spread(q, near->B) / sigma * rho) * (1 + 1e-9) < rho;
+    }
+    set_radii(q, ok ? rho : 0, prec);
+    return ok;
+}
+
 /* By its generations first, whose factors are smaller, then as a whole. Radii are counted in units of 2^-prec. */
 static bool by_singular_value(struct square *q, slong prec)
 {
-    const struct points_space *s = q->j->space;
-    struct num_ball *ball = &q->p->ball;
-    ball->prec = prec + 40;
-    points_jacobian_values(q->j, ball);
-    points_jacobian_entries(q->j, ball);
-    double sum = 0;
-    for (int k = 0; k < q->c; k++) {
-        double r = bound(num_ball_value(ball, s->constraint[k]), q->exponent[k] - prec);
-        sum += r * r;
-    }
-    struct lin_sparse *B = isfinite(sum) ? square_sparse(q) : NULL;
+    const struct sga_budget *budget = q->j->space->budget;
+    values_at(q, prec + 40);
+    double r = residual(q, prec), within = ldexp(1, (int)(prec > 4 * MOST_WITHIN ? MOST_WITHIN : prec / 4));
+    if (!isfinite(r))
+        return false;
+    differentials_within(q, within, prec);
+    struct lin_sparse *B = square_sparse(q);
+    set_radii(q, 0, prec);
     if (!B)
         return false;
+    const struct near near = { B, square_spread(q, B), within };
     SGA_ENDS(lin_stairs_clear) struct lin_stairs stairs;
     bool some = square_stairs(q, B, &stairs) && stairs.groups > 1;
-    double residual = sqrt(sum) * (1 + 1e-9);
-    bool ok = (some && contracts_by(q, B, num_least_singular_stairs(&stairs, s->budget), residual, prec))
-              || contracts_by(q, B, num_least_singular(B, s->budget), residual, prec);
+    bool ok = (some && contracts_by(q, &near, num_least_singular_stairs(&stairs, budget), r, prec))
+              || contracts_by(q, &near, num_least_singular(B, budget), r, prec);
     lin_sparse_free(B);
     return ok;
 }
