@@ -6,6 +6,7 @@
 
 #include "arena.h"
 #include "mem.h"
+#include "sort.h"
 
 void expr_cone_init(struct expr_cone *c)
 {
@@ -17,12 +18,6 @@ void expr_cone_clear(struct expr_cone *c)
     expr_marks_back(c);
     free(c->list);
     *c = (struct expr_cone){ 0 };
-}
-
-int expr_by_id(const void *a, const void *b)
-{
-    expr_id x = *(const expr_id *)a, y = *(const expr_id *)b;
-    return (x > y) - (x < y);
 }
 
 static void push(struct expr_cone *c, expr_id e)
@@ -44,7 +39,7 @@ static void in_order(struct expr_cone *c)
         high = c->list[i] > high ? c->list[i] : high;
     }
     if ((high - low) / DENSE > (expr_id)c->count) {
-        qsort(c->list, (size_t)c->count, sizeof *c->list, expr_by_id);
+        sga_sort(c->list, (size_t)c->count);
         return;
     }
     for (expr_id e = low, i = 0; i < (expr_id)c->count; e++)

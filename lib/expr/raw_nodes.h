@@ -10,8 +10,6 @@ expr_id expr_node_make(struct expr_store *st, enum expr_op op, int32_t a, int32_
 bool expr_bits_ok(struct expr_store *st, double bits);
 /* Node e of `from` made again in st: its children became to[child], symbols i with map[i] become that. cone.c */
 expr_id expr_rebuild(struct expr_store *st, const struct expr_store *from, expr_id e, const expr_id *to, const expr_id *map);
-/* For qsort: of expr_id. cone.c */
-int expr_by_id(const void *a, const void *b);
 /* Vectors by node that cones of a store have used: the next one takes them as they are, and a question about a few nodes does not clear
  * one for all. They end with the store and the last cone. marks.c */
 struct expr_marks *expr_marks_new(void);

@@ -7,6 +7,7 @@
 
 #include "budget.h"
 #include "mem.h"
+#include "sort.h"
 
 enum { LOOK_EVERY = 20000 };     /* nodes: some tenths of a millisecond */
 
@@ -237,7 +238,7 @@ static void list_children(struct expr_solve *s)
             list[count++] = e;
         before = e;
     }
-    qsort(list, count, sizeof *list, expr_by_id);
+    sga_sort(list, count);
     s->children = 0;
     for (size_t k = 0; k < count; k++)
         if (k == 0 || list[k] != list[k - 1])

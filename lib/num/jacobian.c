@@ -7,6 +7,7 @@
 #include "arena.h"
 #include "jacobian.h"
 #include "mem.h"
+#include "sort.h"
 
 /* A graph over ids: the neighbours of i are to[start[i]] .. to[start[i+1]-1]. */
 struct graph {
@@ -95,12 +96,6 @@ static void walk_from(struct walk *w, const struct graph *g, int from)
         }
 }
 
-static int by_value(const void *a, const void *b)
-{
-    int x = *(const int *)a, y = *(const int *)b;
-    return (x > y) - (x < y);
-}
-
 /* What a sweep pays at an id: a linear solve costs as much as its matrix has entries. */
 static double weight(const struct num_jacobian *j, int id)
 {
@@ -126,8 +121,7 @@ static double find_pattern(struct num_jacobian *j, const struct graph *down, str
             else
                 cost += weight(j, w->met[i]);
         j->start[r + 1] = j->nnz;
-        if (j->nnz > j->start[r])
-            qsort(j->col + j->start[r], (size_t)(j->nnz - j->start[r]), sizeof *j->col, by_value);
+        sga_sort(j->col + j->start[r], (size_t)(j->nnz - j->start[r]));
     }
     return cost;
 }
@@ -160,8 +154,7 @@ static void make_lists(struct num_jacobian_plan *p, int cols, const struct graph
             for (int k = 0; k < w->count; k++)
                 if (w->met[k] >= cols && w->met[k] != p->sink)
                     l->item[count++] = w->met[k] - cols;
-            if (count > l->start[i])
-                qsort(l->item + l->start[i], (size_t)(count - l->start[i]), sizeof *l->item, by_value);
+            sga_sort(l->item + l->start[i], (size_t)(count - l->start[i]));
         }
         l->start[i + 1] = count;
     }

@@ -39,14 +39,19 @@ void points_jacobian_init(struct points_jacobian *j, const struct points_space *
     }
     expr_cone_of(st, &j->all, s->constraint, c);
     j->grad = arbs_take(&j->mem, s->variables);
-    j->scratch_len = st->nodes;
-    j->scratch = sga_zero_pages((size_t)st->nodes * sizeof *j->scratch);
+}
+
+/* Numbers that are 0 hold nothing. */
+void points_jacobian_rest(struct points_jacobian *j)
+{
+    sga_zero_pages_free(j->scratch, (size_t)j->scratch_len * sizeof *j->scratch);
+    j->scratch = NULL;
 }
 
 void points_jacobian_clear(struct points_jacobian *j)
 {
     expr_cone_clear(&j->all);
-    sga_zero_pages_free(j->scratch, (size_t)j->scratch_len * sizeof *j->scratch);      /* numbers that are 0 hold nothing */
+    points_jacobian_rest(j);
     sga_arena_end(&j->mem);
 }
 
@@ -55,12 +60,21 @@ void points_jacobian_values(struct points_jacobian *j, struct num_ball *ball)
     num_ball_list(ball, j->all.list, j->all.count);
 }
 
+void points_jacobian_row(struct points_jacobian *j, struct num_ball *ball, int i)
+{
+    if (!j->scratch) {
+        j->scratch_len = j->space->st->nodes;
+        j->scratch = sga_zero_pages((size_t)j->scratch_len * sizeof *j->scratch);
+    }
+    for (int k = 0; k < j->cols[i]; k++)
+        arb_zero(j->grad + j->col[i][k]);
+    num_ball_gradient(ball, j->space->constraint[i], j->cone[i], j->cone_len[i], j->column, j->grad, j->scratch);
+}
+
 void points_jacobian_entries(struct points_jacobian *j, struct num_ball *ball)
 {
     for (int i = 0; i < j->space->constraints; i++) {
-        for (int k = 0; k < j->cols[i]; k++)
-            arb_zero(j->grad + j->col[i][k]);
-        num_ball_gradient(ball, j->space->constraint[i], j->cone[i], j->cone_len[i], j->column, j->grad, j->scratch);
+        points_jacobian_row(j, ball, i);
         for (int k = 0; k < j->cols[i]; k++)
             arb_swap(j->entry[i] + k, j->grad + j->col[i][k]);
     }

@@ -19,6 +19,7 @@
 #include "points_random.h"
 #include "mem.h"
 #include "refine.h"
+#include "search.h"
 #include "sides.h"
 #include "triangular.h"
 
@@ -154,10 +155,12 @@ static enum points_status find(const struct points_space *s, double spread, uint
     p->parameter = sga_calloc((size_t)s->parameters, sizeof *p->parameter);
     p->solved = sga_calloc((size_t)s->constraints, sizeof *p->solved);
     num_ball_init(&p->ball, s->st, NEWTON_BITS);
-    SGA_ENDS(points_jacobian_clear) struct points_jacobian j;
-    points_jacobian_init(&j, s);
+    struct points_search own, *w = points_kept_of(s->kept, s);
+    bool kept = w != NULL;
+    if (!kept)
+        points_search_init(w = &own, s);
     SGA_ENDS(points_parts_clear) struct points_parts parts;
-    points_parts_init(&parts, &j);
+    points_parts_init(&parts, &w->j);
     enum points_status status = POINTS_NONE;
     SGA_FREED double *irregular = NULL;
     SGA_ENDS(points_branches_clear) struct points_branches branches;
@@ -187,12 +190,12 @@ static enum points_status find(const struct points_space *s, double spread, uint
             continue;
         }
         if (a % 2 && s->constraints > POINTS_MANY)
-            points_one_by_one(&j, p);
+            points_one_by_one(&w->j, p);
         else if (a % FOLLOWED == FOLLOWED - 1 && s->constraints)
-            points_follow(&j, p);
+            points_follow(&w->j, p);
         /* from a point of the larger set only what is new must be met: moving new variables
          * alone often does that at once */
-        int got = s->constraints ? points_newton(&j, p, &parts, s->before && a == 0 && !(s->cheap && s->near && s->variables <= POINTS_FEW)) : 1;
+        int got = s->constraints ? points_newton(w, p, &parts, s->before && a == 0 && !(s->cheap && s->near && s->variables <= POINTS_FEW)) : 1;
         if (got == 1 && ask && !points_branches_kept(&branches, s, p)) {
             nearer *= NEARER;
             continue;           /* a step went over the change of branch: another start may stay where the guess is */
@@ -200,7 +203,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         if (got == 1 && s->passing && s->constraints > POINTS_MANY) {
             num_ball_forget(&p->ball);      /* of the place before the last step */
             status = accepted(s, p, strict, outside);
-        } else if (got == 1 && points_refine_with(&j, p, prec) && (p->certified || !points_at_kink(s, p)))
+        } else if (got == 1 && points_refine_with(&w->j, p, prec) && (p->certified || !points_at_kink(s, p)))
             status = accepted(s, p, strict, outside);
         else if (got != 0 && !p->away && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
@@ -211,6 +214,10 @@ static enum points_status find(const struct points_space *s, double spread, uint
         status = POINTS_IRREGULAR;
         memcpy(p->x, irregular, (size_t)s->variables * sizeof(double));
     }
+    if (kept)
+        points_jacobian_rest(&w->j);
+    else
+        points_search_clear(&own);
     return status;
 }
 

@@ -10,8 +10,10 @@
 #include "budget.h"
 #include "mem.h"
 #include "normal.h"
+#include "points.h"
 #include "points_space.h"
 #include "quick.h"
+#include "search.h"
 
 enum { STEPS = 60, LONG_STEPS = 240, BASIC_STEPS = 12, RETREATS = 20 };
 /* A place so much farther than all before is one more on the way to infinity, where so many were, the last of them so far in units; nearer than this
@@ -201,25 +203,22 @@ static void way_on(struct way *way, const struct points_space *s, const struct p
         *way = (struct way){ far, 0 };
 }
 
-int points_newton(struct points_jacobian *j, struct points_point *p, struct points_parts *parts, bool basic)
+int points_newton(struct points_search *w, struct points_point *p, struct points_parts *parts, bool basic)
 {
+    struct points_jacobian *j = &w->j;
     const struct points_space *s = j->space;
     int c = s->constraints, n = s->variables, rank = c, result = 0;
-    SGA_ENDS(normal_clear) struct normal w;
-    normal_init(&w, c, n, j->col, j->cols);
     SGA_ARENA(mem);
     double *r = sga_take(&mem, (size_t)c * sizeof *r), *d = sga_take(&mem, (size_t)n * sizeof *d);
     double *from = sga_take(&mem, 2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
-    SGA_ENDS(points_quick_clear) struct points_quick q = { .tape = NULL };
     bool quick = c > POINTS_MANY;
-    if (quick)
-        points_quick_init(&q, j);
+    struct points_quick *q = quick ? points_search_quick(w) : NULL;
     int retreats = 0;
     struct way way = { 1, 0 };
     SGA_FREED unsigned char *old = basic ? sga_calloc((size_t)n + 1, 1) : NULL;
     for (int k = 0; k < (basic ? BASIC_STEPS : c > POINTS_FEW ? LONG_STEPS : STEPS) && (!s->steps || (*s->steps)-- > 0); k++) {
         memcpy(here, p->x, (size_t)n * sizeof *here);
-        double res = step(j, p, parts, &w, &q, &quick, old, r, d, &rank);
+        double res = step(j, p, parts, &w->normal, q, &quick, old, r, d, &rank);
         if (!sga_budget_ok(s->budget, NULL))
             break;
         if (res < 0) {

@@ -44,11 +44,21 @@ void normal_init(struct normal *w, int c, int n, int *const *col, const int *col
         w->value[i] = w->packed + at;
         at += (size_t)cols[i];
     }
-    if (c > DENSE_ROWS) {
+}
+
+bool normal_is_sparse(const struct normal *w)
+{
+    return w->c > DENSE_ROWS;
+}
+
+static struct lin_kkt *kkt(struct normal *w)
+{
+    if (!w->kkt) {
         struct lin_sparse *J = pattern(w);
         w->kkt = lin_kkt_new(J);
         lin_sparse_free(J);
     }
+    return w->kkt;
 }
 
 void normal_clear(struct normal *w)
@@ -75,9 +85,9 @@ static int dense(struct normal *w, const double *r, double *d)
 
 int normal_step(struct normal *w, const double *r, double *d)
 {
-    if (!w->kkt)
+    if (!normal_is_sparse(w))
         return dense(w, r, d);
-    if (lin_kkt_fills(w->kkt))
+    if (lin_kkt_fills(kkt(w)))
         return normal_basic_step(w, r, d);
     if (!lin_kkt_factor(w->kkt, w->packed, NULL, NULL))
         return (double)w->c * w->c * w->n > DENSE_WORK ? normal_basic_step(w, r, d) : dense(w, r, d);

@@ -15,7 +15,7 @@ struct normal {
     int *const *col; const int *cols;   /* borrowed: structural columns by row */
     double **value;                     /* by row, in that order: filled by the caller */
     double *packed;                     /* the same in one run */
-    struct lin_kkt *kkt;                /* for larger systems: ordered once for the pattern */
+    struct lin_kkt *kkt;                /* for larger systems, once it is used: ordered once for the pattern */
     struct lin_normal *quick;           /* once it is used; NULL too where the product would be full */
     bool quick_tried;
     double *dense, *work;               /* for the QR, once it is used: c x n; see points_least_norm */
@@ -24,6 +24,8 @@ struct normal {
 
 void normal_init(struct normal *w, int c, int n, int *const *col, const int *cols);
 void normal_clear(struct normal *w);
+/* Whether steps are sparse ones. */
+bool normal_is_sparse(const struct normal *w);
 /* d of least norm with J d = -r. Small systems by QR of J^T; larger ones by the sparse
  * stationarity system, or by QR where that is numerically singular. Returns the
  * numerical rank. */

@@ -98,9 +98,7 @@ static void meet(struct queue *q, int i, struct points_point *p)
         num_ball_list(&p->ball, j->cone[i], j->cone_len[i]);
         arb_srcptr value = num_ball_value(&p->ball, s->constraint[i]);
         double f = arb_is_finite(value) ? arf_get_d(arb_midref(value), ARF_RND_NEAR) : NAN, slope = 0, size = 1;
-        for (int k = 0; k < j->cols[i]; k++)
-            arb_zero(j->grad + j->col[i][k]);
-        num_ball_gradient(&p->ball, s->constraint[i], j->cone[i], j->cone_len[i], j->column, j->grad, j->scratch);
+        points_jacobian_row(j, &p->ball, i);
         for (int k = 0; k < j->cols[i]; k++) {
             int v = j->col[i][k];
             double g = q->known[v] ? 0 : ldexp(arf_get_d(arb_midref(j->grad + v), ARF_RND_NEAR), scale ? scale[v] : 0);

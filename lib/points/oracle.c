@@ -11,6 +11,7 @@
 #include "budget.h"
 #include "mem.h"
 #include "modpoint.h"
+#include "search.h"
 
 void points_oracle_init(struct points_oracle *s, uint64_t seed)
 {
@@ -91,6 +92,7 @@ static enum points_status sample_reals(struct points_oracle *s, const struct poi
     double *near = NULL;
     SGA_FREED signed char *sign = sga_calloc((size_t)space.parameters + 1, 1);
     enum points_status status = POINTS_OK;
+    struct points_kept *kept = points_kept_new();
     for (int k = 0; k < POINTS_REAL; k++) {
         /* a guess is only a guess: go a little away from it, to a generic point */
         double spread = k == 0 && !s->space.near ? 1 : (s->space.near_spread > 0 ? s->space.near_spread : 0.05) * (1 + k);
@@ -98,6 +100,7 @@ static enum points_status sample_reals(struct points_oracle *s, const struct poi
         space.side = s->side;
         space.sides = s->sides;
         space.same_branches = true;
+        space.kept = kept;
         status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
         if (status != POINTS_OK) {
             points_point_clear(s->real + k);
@@ -115,6 +118,7 @@ static enum points_status sample_reals(struct points_oracle *s, const struct poi
         }
     }
     free(near);
+    points_kept_free(kept);
     return status;
 }
 

@@ -2,6 +2,7 @@
 #include "refine.h"
 
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,13 +20,16 @@
 enum { MANY_BITS = 600, FEW_ROWS = 24 };     /* from where on, and up to where, steps that double the digits pay */
 /* From so many rows on all variables move. */
 enum { MANY_ROWS = 500 };
+/* What differentials that become doubles are taken to first; and values at a point that is itself one of doubles. */
+enum { SLOPE_BITS = 64, FIRST_BITS = 128 };
 /* Of a row's length, what must be left once the rows before it are taken out: its square is a relative error of corrections of some 1e-4. */
 static const double LEAST_LEFT = 1e-6;
 
-/* Values at the present point, and the rows' exponents. False: a value is not finite, or all of a row is what a cancellation left. */
-static bool take_values(struct square *q)
+/* Values at the present point to so many bits, and the rows' exponents. False: a value is not finite, or all of a row is what a cancellation left. */
+static bool take_values(struct square *q, slong bits)
 {
     struct points_jacobian *j = q->j;
+    q->p->ball.prec = bits;
     points_jacobian_values(j, &q->p->ball);
     points_jacobian_entries(j, &q->p->ball);
     bool sound = true;
@@ -53,7 +57,7 @@ static bool take_values(struct square *q)
 static bool factor(struct square *q)
 {
     struct points_jacobian *j = q->j;
-    bool sound = take_values(q);
+    bool sound = take_values(q, q->p->ball.prec);
     struct points_row *row = sga_calloc((size_t)q->c, sizeof *row);
     for (int i = 0; i < q->c; i++) {
         int len = j->cols[i];
@@ -73,6 +77,7 @@ static bool factor(struct square *q)
 static bool factor_whole(struct square *q)
 {
     SGA_ARENA(mem);
+    slong bits = q->p->ball.prec;
     unsigned char *in = sga_zeros(&mem, (size_t)q->n + 1, 1);
     for (int i = 0; i < q->c; i++)
         for (int k = 0; k < q->j->cols[i]; k++)
@@ -81,7 +86,7 @@ static bool factor_whole(struct square *q)
     for (int v = 0; v < q->n; v++)
         if (in[v])
             q->unknown[q->unknowns++] = v;
-    q->J = take_values(q) ? square_sparse(q) : NULL;
+    q->J = take_values(q, SLOPE_BITS) || take_values(q, bits) ? square_sparse(q) : NULL;
     return q->J && square_stairs(q, q->J, &q->stairs) && lin_stairs_factor(&q->stairs, LEAST_LEFT);
 }
 
@@ -122,6 +127,14 @@ static slong correction(struct square *q)
     return shift;
 }
 
+static bool of_doubles(const struct square *q)
+{
+    for (int i = 0; i < q->unknowns; i++)
+        if (arf_bits(arb_midref(q->p->ball.symbol + q->j->space->variable[q->unknown[i]])) > DBL_MANT_DIG)
+            return false;
+    return true;
+}
+
 /* Newton with the fixed factorization: each step gains about 40 bits (13 at least where all variables move). */
 static bool iterate(struct square *q, slong prec)
 {
@@ -132,7 +145,7 @@ static bool iterate(struct square *q, slong prec)
     slong last = WORD_MAX;
     bool ok = false;
     for (int k = 0; k < 12 + prec / 20; k++) {
-        ball->prec = prec + 40;
+        ball->prec = k == 0 && prec + 40 > FIRST_BITS && of_doubles(q) ? FIRST_BITS : prec + 40;
         points_jacobian_values(q->j, ball);
         slong shift = correction(q), size = -(WORD_MAX / 4);
         for (int i = 0; i < q->unknowns; i++) {

@@ -13,6 +13,7 @@
 #include "derive.h"
 #include "facts.h"
 #include "mem.h"
+#include "sort.h"
 #include "poly.h"
 #include "reduction.h"
 #include "state.h"
@@ -39,12 +40,6 @@ static bool same(const struct sga_condition *c, const expr_id *f, int n)
     return c->functions == n && memcmp(c->function, f, (size_t)n * sizeof *f) == 0;
 }
 
-static int by_id(const void *x, const void *y)
-{
-    expr_id a = *(const expr_id *)x, b = *(const expr_id *)y;
-    return (a > b) - (a < b);
-}
-
 void conditions_add(struct sga_conditions *to, struct expr_store *st, struct expr_facts *facts, const expr_id *function, int functions)
 {
     expr_id *f = sga_malloc(((size_t)functions + 1) * sizeof *f);
@@ -55,8 +50,7 @@ void conditions_add(struct sga_conditions *to, struct expr_store *st, struct exp
         if (!expr_is_zero(st, function[i]))
             f[n++] = function[i];
     }
-    if (n > 1)
-        qsort(f, (size_t)n, sizeof *f, by_id);
+    sga_sort(f, (size_t)n);
     for (int i = 0; i < to->count && !holds; i++)
         holds = same(to->at + i, f, n);
     if (holds || !n) {

@@ -89,7 +89,7 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
         if (ok || worst < 0 || k == STEPS)
             break;
         last = worst;
-        if ((held && m->step.kkt ? normal_basic_step(&m->step, m->r, m->d) : normal_step(&m->step, m->r, m->d)) == 0)
+        if ((held && normal_is_sparse(&m->step) ? normal_basic_step(&m->step, m->r, m->d) : normal_step(&m->step, m->r, m->d)) == 0)
             break;
         for (int j = 0; j < p->n; j++)
             if (!held || !held[j])
