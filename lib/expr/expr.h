@@ -236,6 +236,12 @@ bool expr_has_branches(const struct expr_store *st, const expr_id *e, int count)
  * become map[i] (map has st->symbols entries). Roots are replaced in place. */
 void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map);
 
+/* The same, over and over: with room by node that is not cleared between uses, so that each costs what its cones do. */
+struct expr_room { struct expr_cone cone; expr_id *to; size_t cap; };
+void expr_room_init(struct expr_room *room);
+void expr_room_clear(struct expr_room *room);
+void expr_substitute_in(struct expr_store *st, struct expr_room *room, expr_id *roots, int nroots, const expr_id *map);
+
 /* The root with nodes e of its cone that have by[e] != 0 replaced by that (by has an entry for each node of the
  * store), in which nodes are replaced too where it is in the cone itself. */
 expr_id expr_replace(struct expr_store *st, expr_id root, const expr_id *by);

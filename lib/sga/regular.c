@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "alike.h"
 #include "arena.h"
 #include "at_start.h"
 #include "domain.h"
@@ -199,7 +200,7 @@ static struct regular form_at(struct state *s, expr_id e, int depth)
     }
     struct poly_limits limits = factoring(s);
     struct poly_factors f;
-    if (poly_numerator_factors(s->st, e, &limits, &f)) {
+    if (poly_alike_factors(s->alike, e, &limits, &f)) {
         from_factors(s, e, &r, &f, depth);
         poly_factors_clear(&f);
     } else if (graph == GRAPH) {

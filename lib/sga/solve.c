@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "alike.h"
 #include "arena.h"
 #include "derive.h"
 #include "domain.h"
@@ -111,6 +112,7 @@ static void state_init(struct state *s, const struct sys_system *sys, const stru
     *sol = (struct sga_solution){ 0 };
     expr_flow_init(s->flow = sga_take(&s->mem, sizeof *s->flow), st);
     expr_facts_init(s->facts = sga_take(&s->mem, sizeof *s->facts));
+    s->alike = poly_alike_new(st);
     expr_cone_init(&s->cone);
     s->domain = sga_take(&s->mem, sizeof *s->domain);
     *s->domain = (struct domain){ .system = sys, .facts = s->facts, .cone = &s->cone, .budget = options->budget };
@@ -144,6 +146,7 @@ static void state_clear(struct state *s)
 {
     expr_flow_clear(s->flow);
     expr_facts_clear(s->facts);
+    poly_alike_free(s->alike);
     expr_cone_clear(&s->cone);
     ech_clear(&s->ech);
     state_clear_waiting(s);

@@ -9,6 +9,7 @@
 
 struct domain;
 struct expr_facts;
+struct poly_alike;
 struct expr_flow;
 
 /* A function that may become a constraint: where it came from, and how. */
@@ -66,6 +67,7 @@ struct state {
     int *end; size_t end_cap;             /* and their generations */
     struct expr_flow *flow;               /* in mem */
     struct expr_facts *facts;             /* in mem */
+    struct poly_alike *alike;             /* owned: factors of functions that were asked for, within `factoring` */
     struct expr_cone cone;
     struct echelon ech;
     struct ech_row *waiting; int waitings;      /* rows that the next elimination takes: pivots that are large where a motion is may come with its tangencies (near_pivots) */
