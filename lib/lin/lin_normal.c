@@ -96,6 +96,11 @@ void lin_normal_free(struct lin_normal *s)
     free(s);
 }
 
+const struct lin_gram *lin_normal_gram(const struct lin_normal *s)
+{
+    return &s->g;
+}
+
 /* LDL itself stops at a 0 alone. Values that are the same again, as those of affine constraints are, have their factors. */
 bool lin_normal_factor(struct lin_normal *s, const double *val, double least)
 {

@@ -9,6 +9,7 @@
 
 #include <stdbool.h>
 
+struct lin_gram;
 struct lin_normal;
 struct lin_sparse;
 
@@ -16,6 +17,8 @@ struct lin_sparse;
  * lin_normal_free (NULL is allowed). */
 struct lin_normal *lin_normal_new(const struct lin_sparse *J);
 void lin_normal_free(struct lin_normal *s);
+/* The pattern of J J^T, borrowed. */
+const struct lin_gram *lin_normal_gram(const struct lin_normal *s);
 
 /* d (cols) from r (rows) and J's values, in the order of the pattern's entries. False, and d undefined:
  * a row is nearly (1e-3 of its length) a combination of others, or a value is not finite. The relative error of d

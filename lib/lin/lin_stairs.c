@@ -92,6 +92,15 @@ void lin_stairs_clear(struct lin_stairs *s)
     *s = (struct lin_stairs){ 0 };
 }
 
+void lin_stairs_take(struct lin_stairs *s)
+{
+    for (int g = 0; g < s->groups; g++) {
+        const struct lin_stair *m = s->at + g;
+        for (int e = 0; e < m->M->ptr[m->M->rows]; e++)
+            m->M->val[e] = s->J->val[m->entry[e]];
+    }
+}
+
 bool lin_stairs_factor(struct lin_stairs *s, double least)
 {
     bool ok = true;

@@ -34,6 +34,8 @@ struct lin_stairs {
  * Ended by lin_stairs_clear in every case. Cost: linear for each group: a few are meant. */
 bool lin_stairs_init(struct lin_stairs *s, const struct lin_sparse *J, const int *group, int groups);
 void lin_stairs_clear(struct lin_stairs *s);
+/* J has other values now, in the same pattern. */
+void lin_stairs_take(struct lin_stairs *s);
 
 /* Factors of each M_g M_g^T. False: they would be much fuller than M_g, or less than `least` of a row's length is left once the rows before it are
  * taken out. */

@@ -12,6 +12,7 @@
 #include "budget.h"
 #include "dd.h"
 #include "lin_gram.h"
+#include "lin_normal.h"
 #include "lin_sparse.h"
 #include "lin_stairs.h"
 #include "mem.h"
@@ -22,7 +23,7 @@ enum { TURNS = 3, EIGEN_TURNS = 6 };      /* of inverse iteration, and of that o
 static const struct lin_gram_most MOST = { 200, 400 };
 
 struct work {
-    struct lin_gram g;
+    const struct lin_gram *g;
     const struct lin_sparse *B;
     const struct sga_budget *budget;
     double rounding;              /* of B B^T and its factor together: a bound of |E| in units of the rounding unit */
@@ -115,7 +116,7 @@ static void times_roundings(const void *of, const double *x, double *y)
 /* A bound of |E| before there is a factor. */
 static double rounding_of(const struct work *w)
 {
-    const struct lin_gram *g = &w->g;
+    const struct lin_gram *g = w->g;
     const struct lin_sparse *B = w->B;
     SGA_ARENA(mem);
     size_t c = (size_t)g->c + 1;
@@ -190,7 +191,7 @@ static bool factor_running(const struct lin_gram *g, const struct lin_sparse *B,
 static double running_bound(struct work *w)
 {
     SGA_ARENA(mem);
-    const struct lin_gram *g = &w->g;
+    const struct lin_gram *g = w->g;
     struct running r = { g, sga_take(&mem, ((size_t)g->column[g->c] + 1) * sizeof(double)), sga_take(&mem, ((size_t)g->c + 1) * sizeof(double)) };
     for (double shift = w->guess / 4; shift > w->guess / 64 && sga_budget_ok(w->budget, NULL); shift /= 4) {
         if (!factor_running(g, w->B, shift, &r))
@@ -201,11 +202,10 @@ static double running_bound(struct work *w)
     return 0;
 }
 
-double num_least_singular(const struct lin_sparse *B, const struct sga_budget *budget)
+/* g: of B's pattern. */
+static double with_gram(const struct lin_sparse *B, const struct lin_gram *g, const struct sga_budget *budget)
 {
-    struct work w = { .B = B, .budget = budget };
-    if (!lin_gram_init(&w.g, B, MOST))
-        return 0;
+    struct work w = { .g = g, .B = B, .budget = budget };
     SGA_FREED double *v = w.v = sga_malloc(((size_t)B->rows + 1) * sizeof *v);
     w.rounding = rounding_of(&w);
     double least = double_bound(&w, DBL_EPSILON);
@@ -213,8 +213,17 @@ double num_least_singular(const struct lin_sparse *B, const struct sga_budget *b
         least = running_bound(&w);
     if (least <= 0)
         least = dd_bound(&w, NUM_DD_EPSILON);
-    lin_gram_clear(&w.g);
     assert(least >= 0);
+    return least;
+}
+
+double num_least_singular(const struct lin_sparse *B, const struct sga_budget *budget)
+{
+    struct lin_gram g;
+    if (!lin_gram_init(&g, B, MOST))
+        return 0;
+    double least = with_gram(B, &g, budget);
+    lin_gram_clear(&g);
     return least;
 }
 
@@ -255,7 +264,8 @@ double num_least_singular_stairs(const struct lin_stairs *s, const struct sga_bu
     double *C = sga_zeros(&mem, (size_t)(n * n), sizeof *C), *T = sga_zeros(&mem, (size_t)(n * n), sizeof *T), sum = 0;
     couplings(s, C);
     for (int g = 0; g < n; g++) {
-        double least = num_least_singular(s->at[g].M, budget);
+        const struct lin_stair *m = s->at + g;
+        double least = m->normal ? with_gram(m->M, lin_normal_gram(m->normal), budget) : num_least_singular(m->M, budget);
         if (!(least > 0))
             return 0;
         T[g * n + g] = 1 / least;

@@ -42,7 +42,7 @@ static void NAME(solve)(const struct lin_gram *g, const NUMBER *L, const NUMBER 
 /* A guess of the least eigenvalue by inverse iteration; 0: there is none. */
 static double NAME(guess)(struct work *w, NUMBER *L, NUMBER *D, NUMBER *y)
 {
-    const struct lin_gram *g = &w->g;
+    const struct lin_gram *g = w->g;
     double guess = INFINITY;
     if (!NAME(factor)(g, w->B, 0, L, D, y))
         return 0;
@@ -63,7 +63,7 @@ static double NAME(guess)(struct work *w, NUMBER *L, NUMBER *D, NUMBER *y)
 static double NAME(bound)(struct work *w, double u)
 {
     SGA_ARENA(mem);
-    const struct lin_gram *g = &w->g;
+    const struct lin_gram *g = w->g;
     size_t c = (size_t)g->c + 1;
     NUMBER *L = sga_take(&mem, ((size_t)g->column[g->c] + 1) * sizeof *L), *D = sga_take(&mem, c * sizeof *D), *y = sga_take(&mem, c * sizeof *y);
     double error = w->rounding * u;

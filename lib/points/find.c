@@ -203,7 +203,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         if (got == 1 && s->passing && s->constraints > POINTS_MANY) {
             num_ball_forget(&p->ball);      /* of the place before the last step */
             status = accepted(s, p, strict, outside);
-        } else if (got == 1 && points_refine_with(&w->j, p, prec) && (p->certified || !points_at_kink(s, p)))
+        } else if (got == 1 && points_refine_with(w, p, prec) && (p->certified || !points_at_kink(s, p)))
             status = accepted(s, p, strict, outside);
         else if (got != 0 && !p->away && !irregular && p->scaled == (s->scale != NULL))      /* in units far from their sizes all is small */
             irregular = memcpy(sga_malloc((size_t)s->variables * sizeof(double)), p->x, (size_t)s->variables * sizeof(double));
@@ -289,9 +289,9 @@ enum points_status points_find_staged(const struct points_space *s, const int *e
 bool points_refine(const struct points_space *s, struct points_point *p, slong prec)
 {
     assert(p->constraints == s->constraints && p->variables == s->variables);
-    SGA_ENDS(points_jacobian_clear) struct points_jacobian j;
-    points_jacobian_init(&j, s);
-    return points_refine_with(&j, p, prec);
+    SGA_ENDS(points_search_clear) struct points_search w;
+    points_search_init(&w, s);
+    return points_refine_with(&w, p, prec);
 }
 
 static void *copied(const void *from, int count, size_t size)

@@ -1,6 +1,7 @@
 /* Proofs that a point of the set lies near an approximate one. */
 #include "differentials.h"
 #include "points_space.h"
+#include "search.h"
 #include "square.h"
 
 #include <assert.h>
@@ -14,7 +15,6 @@
 #include "larger.h"
 #include "least_singular.h"
 #include "lin_sparse.h"
-#include "lin_stairs.h"
 #include "mem.h"
 #include "points.h"
 #include "warnings.h"
@@ -154,6 +154,19 @@ static bool by_inverse(struct square *q, slong prec)
     return ok;
 }
 
+bool square_values(const struct square *q, struct lin_sparse *B)
+{
+    SGA_ARENA(mem);
+    const int *place = places(q, &mem);
+    int e = 0;
+    for (int k = 0; k < q->c; k++)
+        for (int l = 0; l < q->j->cols[k]; l++)
+            if (place[q->j->col[k][l]] >= 0)
+                B->val[e++] = num_ball_double(arb_midref(q->j->entry[k] + l), q->exponent[k] - square_scale(q, q->j->col[k][l]));
+    assert(e == B->ptr[q->c]);
+    return lin_all_finite(e, B->val);
+}
+
 struct lin_sparse *square_sparse(const struct square *q)
 {
     int c = q->c, total = 0;
@@ -162,22 +175,20 @@ struct lin_sparse *square_sparse(const struct square *q)
     for (int k = 0; k < c; k++)
         total += q->j->cols[k];
     int *ptr = sga_zeros(&mem, (size_t)c + 1, sizeof *ptr), *col = sga_take(&mem, ((size_t)total + 1) * sizeof *col);
-    double *val = sga_take(&mem, ((size_t)total + 1) * sizeof *val);
     total = 0;
     for (int k = 0; k < c; k++) {
         for (int l = 0; l < q->j->cols[k]; l++) {
             if (place[q->j->col[k][l]] < 0)
                 continue;
-            col[total] = place[q->j->col[k][l]];
-            val[total++] = square_scaled(arb_midref(q->j->entry[k] + l), q->exponent[k] - square_scale(q, q->j->col[k][l]));
+            col[total++] = place[q->j->col[k][l]];
         }
         ptr[k + 1] = total;
     }
-    if (!lin_all_finite(total, val))
-        return NULL;
     struct lin_sparse *B = lin_sparse_new(c, q->unknowns, ptr, col);
-    memcpy(B->val, val, (size_t)total * sizeof *val);
-    return B;
+    if (square_values(q, B))
+        return B;
+    lin_sparse_free(B);
+    return NULL;
 }
 
 /* From the largest sums of rows and columns. */
@@ -278,25 +289,57 @@ static bool contracts_by(struct square *q, const struct near *near, double sigma
     return ok;
 }
 
-/* By its generations first, whose factors are smaller, then as a whole. Radii are counted in units of 2^-prec. */
-static bool by_singular_value(struct square *q, slong prec)
+/* The bounds are of the values that J has. */
+static void know(struct points_whole *w)
+{
+    size_t bytes = (size_t)w->J->ptr[w->J->rows] * sizeof *w->J->val;
+    if (w->of && !memcmp(w->of, w->J->val, bytes))
+        return;
+    if (!w->of)
+        w->of = sga_malloc(bytes);
+    memcpy(w->of, w->J->val, bytes);
+    w->least[0] = w->least[1] = -1;
+}
+
+/* By its generations first, whose factors are smaller, then as a whole. */
+static bool contracts_whole(struct square *q, const struct near *near, double residual, slong prec)
 {
     const struct sga_budget *budget = q->j->space->budget;
+    struct points_whole *w = q->whole;
+    know(w);
+    for (int way = w->stairs.groups > 1 ? 0 : 1; way < 2; way++) {
+        if (w->least[way] < 0)
+            w->least[way] = way ? num_least_singular(w->J, budget) : num_least_singular_stairs(&w->stairs, budget);
+        if (contracts_by(q, near, w->least[way], residual, prec))
+            return true;
+    }
+    return false;
+}
+
+/* Radii are counted in units of 2^-prec. */
+static bool by_singular_value(struct square *q, slong prec)
+{
+    struct points_whole own = { .J = NULL };
     values_at(q, prec + 40);
     double r = residual(q, prec), within = ldexp(1, (int)(prec > 4 * MOST_WITHIN ? MOST_WITHIN : prec / 4));
     if (!isfinite(r))
         return false;
     differentials_within(q, within, prec);
-    struct lin_sparse *B = square_sparse(q);
+    bool mine = !q->whole, ok = mine ? (own.J = square_sparse(q)) != NULL : square_values(q, q->whole->J);
+    double eta = ok ? square_spread(q, mine ? own.J : q->whole->J) : INFINITY;
     set_radii(q, 0, prec);
-    if (!B)
-        return false;
-    const struct near near = { B, square_spread(q, B), within };
-    SGA_ENDS(lin_stairs_clear) struct lin_stairs stairs;
-    bool some = square_stairs(q, B, &stairs) && stairs.groups > 1;
-    bool ok = (some && contracts_by(q, &near, num_least_singular_stairs(&stairs, budget), r, prec))
-              || contracts_by(q, &near, num_least_singular(B, budget), r, prec);
-    lin_sparse_free(B);
+    if (mine && ok) {
+        q->whole = &own;
+        if (!square_stairs(q, own.J, &own.stairs))
+            own.stairs.groups = 0;
+    } else if (ok) {
+        lin_stairs_take(&q->whole->stairs);
+    }
+    ok = ok && contracts_whole(q, &(struct near){ q->whole->J, eta, within }, r, prec);
+    if (mine) {
+        q->whole = NULL;
+        points_whole_clear(&own);
+    }
     return ok;
 }
 

@@ -14,6 +14,7 @@
 #include "lin_sparse.h"
 #include "mem.h"
 #include "points_space.h"
+#include "search.h"
 #include "square.h"
 #include "triangular.h"
 
@@ -73,6 +74,22 @@ static bool factor(struct square *q)
     return sound && q->lu.rank == q->c;
 }
 
+/* The values into the whole's J, which is made the first time. False: they are not finite, or it makes no stairs. */
+static bool take_whole(struct square *q)
+{
+    struct points_whole *w = q->whole;
+    if (w->none)
+        return false;
+    if (w->J) {
+        bool finite = square_values(q, w->J);
+        lin_stairs_take(&w->stairs);
+        return finite;
+    }
+    w->J = square_sparse(q);
+    w->none = w->J && !square_stairs(q, w->J, &w->stairs);
+    return w->J && !w->none;
+}
+
 /* All variables that constraints contain are unknowns. */
 static bool factor_whole(struct square *q)
 {
@@ -86,15 +103,7 @@ static bool factor_whole(struct square *q)
     for (int v = 0; v < q->n; v++)
         if (in[v])
             q->unknown[q->unknowns++] = v;
-    q->J = take_values(q, SLOPE_BITS) || take_values(q, bits) ? square_sparse(q) : NULL;
-    return q->J && square_stairs(q, q->J, &q->stairs) && lin_stairs_factor(&q->stairs, LEAST_LEFT);
-}
-
-static void end_whole(struct square *q)
-{
-    lin_stairs_clear(&q->stairs);
-    lin_sparse_free(q->J);
-    q->J = NULL;
+    return (take_values(q, SLOPE_BITS) || take_values(q, bits)) && take_whole(q) && lin_stairs_factor(&q->whole->stairs, LEAST_LEFT);
 }
 
 /* Solve for a right-hand side given by the constraints' values at the present point;
@@ -112,10 +121,10 @@ static slong correction(struct square *q)
     for (int i = 0; i < q->c; i++)
         q->b[i] = square_scaled(arb_midref(num_ball_value(&q->p->ball, q->j->space->constraint[i])), q->exponent[i] + shift);
     memset(q->x, 0, (size_t)q->n * sizeof *q->x);
-    if (q->J) {
+    if (q->whole) {
         for (int i = 0; i < q->c; i++)
             q->b[i] = -q->b[i];
-        bool finite = lin_stairs_solve(&q->stairs, q->b, q->x);
+        bool finite = lin_stairs_solve(&q->whole->stairs, q->b, q->x);
         for (int i = q->unknowns - 1; i >= 0; i--) {       /* from a column each unknown has to its variable */
             double d = finite ? q->x[i] : NAN;
             q->x[i] = 0;
@@ -193,7 +202,7 @@ static bool still_full(struct square *q)
 }
 
 /* With corrections that move all variables. False: nothing is proved, and the point is what it was. */
-static bool refine_whole(struct square *q, slong prec)
+static bool refine_whole(struct square *q, struct points_whole *whole, slong prec)
 {
     const struct points_space *s = q->j->space;
     struct num_ball *ball = &q->p->ball;
@@ -201,9 +210,9 @@ static bool refine_whole(struct square *q, slong prec)
     arb_ptr before = arbs_take(&mem, q->n);
     for (int v = 0; v < q->n; v++)
         arb_set(before + v, ball->symbol + s->variable[v]);
-    bool ok = factor_whole(q) && iterate(q, prec);
-    end_whole(q);
-    ok = ok && points_prove(q, prec);
+    q->whole = whole;
+    bool ok = factor_whole(q) && iterate(q, prec) && points_prove(q, prec);
+    q->whole = NULL;
     for (int v = 0; v < q->n && !ok; v++)
         arb_swap(ball->symbol + s->variable[v], before + v);
     return ok;
@@ -225,8 +234,9 @@ static bool refine_square(struct square *q, slong prec)
     return ok;
 }
 
-bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong prec)
+bool points_refine_with(struct points_search *w, struct points_point *p, slong prec)
 {
+    struct points_jacobian *j = &w->j;
     assert(prec > 1);
     const struct points_space *s = j->space;
     p->unsolved = false;
@@ -242,7 +252,7 @@ bool points_refine_with(struct points_jacobian *j, struct points_point *p, slong
         mag_zero(arb_radref(p->ball.symbol + s->variable[i]));
     if (p->ball.prec < prec)
         p->ball.prec = prec;
-    bool ok = q.c > MANY_ROWS && refine_whole(&q, prec);
+    bool ok = q.c > MANY_ROWS && refine_whole(&q, &w->whole, prec);
     p->unsolved = ok;
     if (ok)
         p->certified = true;

@@ -5,6 +5,7 @@
 #include "differentials.h"
 #include "least_singular.h"
 #include "lin_sparse.h"
+#include "lin_stairs.h"
 #include "points_space.h"
 #include "square.h"
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "lin_sparse.h"
 #include "mem.h"
 #include "newton.h"
 #include "points_space.h"
@@ -30,8 +31,16 @@ void points_search_init(struct points_search *w, const struct points_space *spac
     normal_init(&w->normal, space->constraints, space->variables, w->j.col, w->j.cols);
 }
 
+void points_whole_clear(struct points_whole *w)
+{
+    lin_stairs_clear(&w->stairs);
+    lin_sparse_free(w->J);
+    free(w->of);
+}
+
 void points_search_clear(struct points_search *w)
 {
+    points_whole_clear(&w->whole);
     if (w->has_quick)
         points_quick_clear(&w->quick);
     normal_clear(&w->normal);

@@ -3,10 +3,13 @@
 #define SGA_POINTS_SQUARE_H
 
 #include "arb_ends.h"
-#include "lin_stairs.h"
 #include "sparse.h"
 
+struct lin_sparse;
+struct lin_stairs;
+struct points_jacobian;
 struct points_point;
+struct points_whole;
 
 /* Everything about one subsystem: rows scaled by 2^-exponent; the unknowns are as many variables as there are rows, or all. */
 struct square {
@@ -15,8 +18,7 @@ struct square {
     slong *exponent;           /* by constraint */
     const int *scale;          /* by variable, or NULL: unknowns are x / 2^scale */
     struct points_lu lu;       /* of as many unknowns as rows, */
-    struct lin_sparse *J;      /* or the Jacobian in all variables, and factors for corrections by its generations; NULL */
-    struct lin_stairs stairs;
+    struct points_whole *whole;     /* or the Jacobian in all variables, with factors by its generations; NULL */
     int *unknown, unknowns;    /* variables */
     int c, n;
     double *b, *x;             /* work: rows, columns */
@@ -37,6 +39,8 @@ static inline double square_scaled(const arf_t v, slong exponent)
 
 /* The Jacobian at the present point, scaled and rounded to doubles: a column for each unknown, in their order. NULL: a value is not finite. */
 struct lin_sparse *square_sparse(const struct square *q);
+/* The same into one that was made so. False: a value is not finite. */
+bool square_values(const struct square *q, struct lin_sparse *B);
 /* A bound of |J(X) - B|, the 2-norm, with J(X) in the balls of the entries. */
 double square_spread(const struct square *q, const struct lin_sparse *B);
 /* B in the generations of the constraints. False: these make no stairs. To be ended by lin_stairs_clear in every case. */
