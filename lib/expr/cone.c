@@ -167,32 +167,13 @@ static bool stays(const struct expr_store *st, expr_id e, const expr_id *to)
 
 void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map)
 {
-    struct expr_room room;
-    expr_room_init(&room);
-    expr_substitute_in(st, &room, roots, nroots, map);
-    expr_room_clear(&room);
-}
-
-void expr_room_init(struct expr_room *room)
-{
-    *room = (struct expr_room){ .to = NULL };
-    expr_cone_init(&room->cone);
-}
-
-void expr_room_clear(struct expr_room *room)
-{
-    expr_cone_clear(&room->cone);
-    free(room->to);
-}
-
-void expr_substitute_in(struct expr_store *st, struct expr_room *room, expr_id *roots, int nroots, const expr_id *map)
-{
-    const struct expr_cone *c = &room->cone;
-    expr_cone_of(st, &room->cone, roots, nroots);
-    SGA_RESERVE(room->to, room->cap, st->nodes);
-    expr_id *to = room->to;
-    for (int i = 0; i < c->count; i++)
-        to[c->list[i]] = stays(st, c->list[i], to) ? c->list[i] : expr_rebuild(st, st, c->list[i], to, map);
+    SGA_ENDS(expr_cone_clear) struct expr_cone c;
+    expr_cone_init(&c);
+    expr_cone_of(st, &c, roots, nroots);
+    SGA_RESERVE(c.place, c.place_cap, c.stamp_cap);
+    expr_id *to = c.place;         /* what nodes become stands where their places would */
+    for (int i = 0; i < c.count; i++)
+        to[c.list[i]] = stays(st, c.list[i], to) ? c.list[i] : expr_rebuild(st, st, c.list[i], to, map);
     for (int i = 0; i < nroots; i++)
         roots[i] = to[roots[i]];
 }

@@ -233,14 +233,8 @@ void expr_cone_index(struct expr_cone *c);
 bool expr_has_branches(const struct expr_store *st, const expr_id *e, int count);
 
 /* Replace symbols: for each node of the roots' cones, symbols i with map[i] != 0
- * become map[i] (map has st->symbols entries). Roots are replaced in place. */
+ * become map[i] (map has st->symbols entries). Roots are replaced in place. Cost: their cones. */
 void expr_substitute(struct expr_store *st, expr_id *roots, int nroots, const expr_id *map);
-
-/* The same, over and over: with room by node that is not cleared between uses, so that each costs what its cones do. */
-struct expr_room { struct expr_cone cone; expr_id *to; size_t cap; };
-void expr_room_init(struct expr_room *room);
-void expr_room_clear(struct expr_room *room);
-void expr_substitute_in(struct expr_store *st, struct expr_room *room, expr_id *roots, int nroots, const expr_id *map);
 
 /* The root with nodes e of its cone that have by[e] != 0 replaced by that (by has an entry for each node of the
  * store), in which nodes are replaced too where it is in the cone itself. */

@@ -58,10 +58,16 @@ long double num_ball_long(const arf_t x, slong exponent);
 /* The inverse of a solve's matrix, m x m, row by row: borrowed until values change. Indeterminate where the matrix may be singular.
  * Some m^3 once for a point. */
 arb_srcptr num_ball_inverse(struct num_ball *b, int solve);
+/* What sweeps need beside values, kept from one to the next: { 0 } at first, ended by num_ball_room_clear. */
+struct num_ball_room {
+    int *place; size_t place_cap;      /* by node of the list that is swept: where it stands; others are undefined */
+    arb_ptr bar; int bars;             /* by place: all 0 between sweeps */
+};
+void num_ball_room_clear(struct num_ball_room *room);
 /* Gradient of `root` by one reverse sweep over `list` (its cone, values known): adds
  * nothing, overwrites grad[col_of_symbol[s]] for symbols with col_of_symbol[s] >= 0.
- * scratch must hold st->nodes balls, all zero; it is left all zero. A solve of m unknowns costs m^2 a sweep, beside its inverse. */
+ * A solve of m unknowns costs m^2 a sweep, beside its inverse. */
 void num_ball_gradient(struct num_ball *b, expr_id root, const expr_id *list, int count,
-                       const int *col_of_symbol, arb_ptr grad, arb_ptr scratch);
+                       const int *col_of_symbol, arb_ptr grad, struct num_ball_room *room);
 
 #endif

@@ -135,27 +135,33 @@ static void gather(struct num_ball *b, struct gathered *g, const struct expr_nod
         arb_addmul(g->sum[n->a] + i, bar, row + i, b->prec);
 }
 
+/* The adjoint of a node of the list. */
+static arb_ptr bar_of(const struct num_ball_room *room, expr_id e)
+{
+    return room->bar + room->place[e];
+}
+
 /* dr = y and dA = - y x^T, for entries that are no numbers. */
-static void hand_on(struct num_ball *b, const struct gathered *g, int solve, arb_ptr adj)
+static void hand_on(struct num_ball *b, const struct gathered *g, int solve, const struct num_ball_room *room)
 {
     const struct expr_solve *s = b->st->solve + solve;
     const struct expr_node *node = b->st->node;
     for (int i = 0; i < s->m; i++) {
         arb_srcptr y = g->sum[solve] + i;
         if (node[s->rhs[i]].op != EXPR_CONST)
-            arb_add(adj + s->rhs[i], adj + s->rhs[i], y, b->prec);
+            arb_add(bar_of(room, s->rhs[i]), bar_of(room, s->rhs[i]), y, b->prec);
         for (int j = 0; j < s->m; j++) {
             expr_id e = s->matrix[i * s->m + j];
             if (node[e].op != EXPR_CONST)
-                arb_submul(adj + e, y, b->solution[solve] + j, b->prec);
+                arb_submul(bar_of(room, e), y, b->solution[solve] + j, b->prec);
         }
     }
 }
 
-static void back(struct num_ball *b, expr_id e, arb_srcptr bar, arb_ptr adj, arb_ptr t)
+static void back_two(struct num_ball *b, expr_id e, arb_srcptr bar, const struct num_ball_room *room, arb_ptr t)
 {
     const struct expr_node *n = b->st->node + e;
-    arb_ptr v = b->value, da = adj + n->a, db = adj + n->b;
+    arb_ptr v = b->value, da = bar_of(room, n->a), db = bar_of(room, n->b);
     slong p = b->prec;
     switch ((enum expr_op)n->op) {
     case EXPR_ADD: arb_add(da, da, bar, p); arb_add(db, db, bar, p); break;
@@ -166,7 +172,7 @@ static void back(struct num_ball *b, expr_id e, arb_srcptr bar, arb_ptr adj, arb
         arb_add(da, da, t, p);
         arb_submul(db, t, v + e, p);
         break;
-    case EXPR_POW: case EXPR_ATAN2: case EXPR_MIN: case EXPR_MAX:
+    default:
         binary_partial(t, (enum expr_op)n->op, 0, v + n->a, v + n->b, v + e, p);
         arb_addmul(da, bar, t, p);
         if (n->op == EXPR_POW && b->st->node[n->b].op == EXPR_CONST)
@@ -174,39 +180,70 @@ static void back(struct num_ball *b, expr_id e, arb_srcptr bar, arb_ptr adj, arb
         binary_partial(t, (enum expr_op)n->op, 1, v + n->a, v + n->b, v + e, p);
         arb_addmul(db, bar, t, p);
         break;
-    case EXPR_SOLVE: case EXPR_UNDEF_OP: case EXPR_CONST: case EXPR_PI: case EXPR_SYM: break;
-    default:
-        unary_partial(t, (enum expr_op)n->op, v + n->a, v + e, n->b, p);
-        arb_addmul(da, bar, t, p);
-        break;
     }
 }
 
+static void back(struct num_ball *b, expr_id e, arb_srcptr bar, const struct num_ball_room *room, arb_ptr t)
+{
+    const struct expr_node *n = b->st->node + e;
+    int parts = expr_op_args((enum expr_op)n->op);
+    if (parts == 2) {
+        back_two(b, e, bar, room, t);
+    } else if (parts == 1) {
+        unary_partial(t, (enum expr_op)n->op, b->value + n->a, b->value + e, n->b, b->prec);
+        arb_addmul(bar_of(room, n->a), bar, t, b->prec);
+    }
+}
+
+void num_ball_room_clear(struct num_ball_room *room)
+{
+    free(room->place);
+    if (room->bar)
+        _arb_vec_clear(room->bar, room->bars);
+    *room = (struct num_ball_room){ 0 };
+}
+
+static void make_room(struct num_ball_room *room, const struct expr_store *st, const expr_id *list, int count)
+{
+    SGA_RESERVE(room->place, room->place_cap, st->nodes);
+    if (count > room->bars) {
+        int bars = 2 * count;
+        if (room->bar)
+            _arb_vec_clear(room->bar, room->bars);
+        room->bar = _arb_vec_init(bars);
+        room->bars = bars;
+    }
+    for (int i = 0; i < count; i++)
+        room->place[list[i]] = i;
+}
+
 void num_ball_gradient(struct num_ball *b, expr_id root, const expr_id *list, int count,
-                       const int *col_of_symbol, arb_ptr grad, arb_ptr adj)
+                       const int *col_of_symbol, arb_ptr grad, struct num_ball_room *room)
 {
     arb_t t;
     struct gathered g = { .sum = NULL };
     arb_init(t);
     sga_watch_count(SGA_COUNT_BALLS, count);
-    arb_one(adj + root);
+    make_room(room, b->st, list, count);
+    arb_one(bar_of(room, root));
     for (int i = count - 1; i >= 0; i--) {
         expr_id e = list[i];
         const struct expr_node *n = b->st->node + e;
+        arb_ptr bar = room->bar + i;
         if (n->op == EXPR_SOLVE) {
             if (!g.sum)
                 gathered_init(&g, b->st, list, i + 1);
-            if (!arb_is_zero(adj + e))
-                gather(b, &g, n, adj + e);
+            if (!arb_is_zero(bar))
+                gather(b, &g, n, bar);
             if (g.first[n->a] == i && g.sum[n->a])
-                hand_on(b, &g, n->a, adj);
-        } else if (!arb_is_zero(adj + e)) {
+                hand_on(b, &g, n->a, room);
+        } else if (!arb_is_zero(bar)) {
             if (n->op != EXPR_SYM)
-                back(b, e, adj + e, adj, t);
+                back(b, e, bar, room, t);
             else if (col_of_symbol[n->a] >= 0)
-                arb_set(grad + col_of_symbol[n->a], adj + e);
+                arb_set(grad + col_of_symbol[n->a], bar);
         }
-        arb_zero(adj + e);
+        arb_zero(bar);
     }
     gathered_end(&g, b->st);
     arb_clear(t);

@@ -41,17 +41,10 @@ void points_jacobian_init(struct points_jacobian *j, const struct points_space *
     j->grad = arbs_take(&j->mem, s->variables);
 }
 
-/* Numbers that are 0 hold nothing. */
-void points_jacobian_rest(struct points_jacobian *j)
-{
-    sga_zero_pages_free(j->scratch, (size_t)j->scratch_len * sizeof *j->scratch);
-    j->scratch = NULL;
-}
-
 void points_jacobian_clear(struct points_jacobian *j)
 {
     expr_cone_clear(&j->all);
-    points_jacobian_rest(j);
+    num_ball_room_clear(&j->room);
     sga_arena_end(&j->mem);
 }
 
@@ -62,13 +55,9 @@ void points_jacobian_values(struct points_jacobian *j, struct num_ball *ball)
 
 void points_jacobian_row(struct points_jacobian *j, struct num_ball *ball, int i)
 {
-    if (!j->scratch) {
-        j->scratch_len = j->space->st->nodes;
-        j->scratch = sga_zero_pages((size_t)j->scratch_len * sizeof *j->scratch);
-    }
     for (int k = 0; k < j->cols[i]; k++)
         arb_zero(j->grad + j->col[i][k]);
-    num_ball_gradient(ball, j->space->constraint[i], j->cone[i], j->cone_len[i], j->column, j->grad, j->scratch);
+    num_ball_gradient(ball, j->space->constraint[i], j->cone[i], j->cone_len[i], j->column, j->grad, &j->room);
 }
 
 void points_jacobian_entries(struct points_jacobian *j, struct num_ball *ball)

@@ -14,14 +14,12 @@ struct points_jacobian {
     int *column;                   /* by symbol: variable index or -1 */
     int **col; int *cols;          /* by constraint: structural columns */
     arb_ptr *entry;                /* by constraint: values in that order */
-    arb_ptr grad, scratch;         /* by variable; by node, all 0 between uses, NULL before the first: pages that no cone needs are never touched */
-    int scratch_len;
+    arb_ptr grad;                  /* by variable */
+    struct num_ball_room room;
 };
 
 void points_jacobian_init(struct points_jacobian *j, const struct points_space *space);
 void points_jacobian_clear(struct points_jacobian *j);
-/* Gives memory back that is needed only between points_jacobian_entries and their use: that makes it anew. */
-void points_jacobian_rest(struct points_jacobian *j);
 /* Values of the constraints at the ball's symbols (into ball->value). */
 void points_jacobian_values(struct points_jacobian *j, struct num_ball *ball);
 /* The differential of constraint i into grad, by variable; its values must be known. */

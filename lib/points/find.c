@@ -214,9 +214,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         status = POINTS_IRREGULAR;
         memcpy(p->x, irregular, (size_t)s->variables * sizeof(double));
     }
-    if (kept)
-        points_jacobian_rest(&w->j);
-    else
+    if (!kept)
         points_search_clear(&own);
     return status;
 }

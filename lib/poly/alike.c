@@ -9,7 +9,7 @@
 #include "mem.h"
 
 /* Larger ones are rarely alike. */
-enum { LONGEST_CONE = 256, FIRST_TABLE = 64 };
+enum { LONGEST_CONE = 256, MOST_SYMBOLS = 48, FIRST_TABLE = 64 };
 
 /* A function that was factored: its nodes in order, each as its operation, its parts (by their place) and what else it has; and its symbols as they come. */
 struct met {
@@ -23,8 +23,6 @@ struct met {
 struct poly_alike {
     struct sga_arena mem;
     struct expr_store *st;
-    struct expr_cone cone;
-    struct expr_room room;
     struct met **table;            /* `size` places, a power of 2 */
     int count, size;
     expr_id *map;                  /* by symbol: 0 between uses */
@@ -37,8 +35,6 @@ struct poly_alike *poly_alike_new(struct expr_store *st)
 {
     struct poly_alike *a = sga_calloc(1, sizeof *a);
     a->st = st;
-    expr_cone_init(&a->cone);
-    expr_room_init(&a->room);
     return a;
 }
 
@@ -49,8 +45,6 @@ void poly_alike_free(struct poly_alike *a)
     for (int i = 0; i < a->size; i++)
         for (struct met *m = a->table[i]; m; m = m->next)
             poly_factors_clear(&m->factors);
-    expr_cone_clear(&a->cone);
-    expr_room_clear(&a->room);
     free(a->table);
     free(a->map);
     free(a->shape);
@@ -83,18 +77,17 @@ static bool own_of(const struct expr_store *st, expr_id e, int *own)
     }
 }
 
-/* a->shape and a->symbol of e; 0: it has none. Symbols come in their order, so that all that goes by it is the same for those that are alike. */
-static int shape_of(struct poly_alike *a, expr_id e, int *symbols)
+/* a->shape and a->symbol of e, by its cone; 0: it has none. Symbols come in their order, so that all that goes by it is the same for those that are alike. */
+static int shape_in(struct poly_alike *a, struct expr_cone *c, expr_id e, int *symbols)
 {
     const struct expr_store *st = a->st;
     int length = 0;
     *symbols = 0;
-    expr_cone_of(st, &a->cone, &e, 1);
-    if (a->cone.count > LONGEST_CONE)
+    if (!expr_cone_above_solves(st, c, &e, 1, MOST_SYMBOLS) || c->count > LONGEST_CONE)
         return 0;
-    expr_cone_index(&a->cone);
-    for (int i = 0; i < a->cone.count; i++) {
-        expr_id node = a->cone.list[i];
+    expr_cone_index(c);
+    for (int i = 0; i < c->count; i++) {
+        expr_id node = c->list[i];
         int parts = expr_children(st, node), own;
         if (!own_of(st, node, &own))
             return 0;
@@ -102,7 +95,7 @@ static int shape_of(struct poly_alike *a, expr_id e, int *symbols)
         a->shape[length++] = (int)expr_op_of(st, node);
         a->shape[length++] = own;
         for (int k = 0; k < parts; k++)
-            a->shape[length++] = a->cone.place[expr_child(st, node, k)];
+            a->shape[length++] = c->place[expr_child(st, node, k)];
         if (expr_op_of(st, node) != EXPR_SYM)
             continue;
         a->symbol[*symbols] = st->node[node].a;
@@ -110,6 +103,15 @@ static int shape_of(struct poly_alike *a, expr_id e, int *symbols)
             return 0;
         ++*symbols;
     }
+    return length;
+}
+
+static int shape_of(struct poly_alike *a, expr_id e, int *symbols)
+{
+    struct expr_cone c;
+    expr_cone_init(&c);
+    int length = shape_in(a, &c, e, symbols);
+    expr_cone_clear(&c);
     return length;
 }
 
@@ -180,8 +182,8 @@ static bool rename_factors(struct poly_alike *a, const struct met *m, struct pol
         a->map[m->symbol[i]] = st->symbol[a->symbol[i]].node;
     copy_factors(out, &m->factors);
     for (int i = 0; i < out->factors; i++) {
-        expr_substitute_in(st, &a->room, &out->factor[i].expr, 1, a->map);
-        expr_substitute_in(st, &a->room, out->factor[i].radical, out->factor[i].radicals, a->map);
+        expr_substitute(st, &out->factor[i].expr, 1, a->map);
+        expr_substitute(st, out->factor[i].radical, out->factor[i].radicals, a->map);
     }
     for (int i = 0; i < m->symbols; i++)
         a->map[m->symbol[i]] = 0;

@@ -64,15 +64,16 @@ static void with_store(expr_id field, const struct enc_series *s, struct num_bal
         num_ball_forget(b);
         num_ball_extend(b);
         CHECK(near(num_ball_value(b, c), enc_series_of(s, s->p->root[0]) + k), "order %d of %s", k, text);
-        arb_ptr grad = _arb_vec_init(N), scratch = _arb_vec_init(st.nodes);
+        arb_ptr grad = _arb_vec_init(N);
+        struct num_ball_room room = { 0 };
         expr_cone_of(&st, &cone, &c, 1);
-        num_ball_gradient(b, c, cone.list, cone.count, column, grad, scratch);
+        num_ball_gradient(b, c, cone.list, cone.count, column, grad, &room);
         for (int j = 0; j < N; j++) {
             CHECK(enc_series_along((struct enc_series *)s, j));
             CHECK(near(grad + j, enc_series_tangent(s, s->p->root[0]) + k), "order %d of %s, by %s", k, text, names[j]);
         }
         _arb_vec_clear(grad, N);
-        _arb_vec_clear(scratch, st.nodes);
+        num_ball_room_clear(&room);
     }
     expr_cone_clear(&cone);
     expr_flow_clear(&f);

@@ -157,14 +157,15 @@ static void gradients(void)
         num_ball_init(&b, &st, 200);
         set_point(&b, 0);
         num_ball_extend(&b);
-        arb_ptr grad = _arb_vec_init(3), scratch = _arb_vec_init(st.nodes);
+        arb_ptr grad = _arb_vec_init(3);
+        struct num_ball_room room = { 0 };
         expr_cone_of(&st, &cone, &e, 1);
-        num_ball_gradient(&b, e, cone.list, cone.count, column, grad, scratch);
+        num_ball_gradient(&b, e, cone.list, cone.count, column, grad, &room);
         CHECK(n == 3, "%s", function[i]);
         for (int k = 0; k < n; k++)
             CHECK(arb_overlaps(num_ball_value(&b, term[k].value), grad + column[term[k].symbol]), "%s", function[i]);
         _arb_vec_clear(grad, 3);
-        _arb_vec_clear(scratch, st.nodes);
+        num_ball_room_clear(&room);
         num_ball_clear(&b);
         expr_cone_clear(&cone);
         free(term);

@@ -216,7 +216,8 @@ static void in_balls(struct expr_store *st, expr_id root, int n, const double *i
     struct num_ball b;
     struct expr_cone cone;
     int *column = sga_malloc((size_t)st->symbols * sizeof *column), zero = 0;
-    arb_ptr grad = _arb_vec_init(n), scratch = _arb_vec_init(st->nodes);
+    arb_ptr grad = _arb_vec_init(n);
+    struct num_ball_room room = { 0 };
     num_ball_init(&b, st, 100);
     expr_cone_init(&cone);
     expr_cone_of(st, &cone, &root, 1);
@@ -226,18 +227,18 @@ static void in_balls(struct expr_store *st, expr_id root, int n, const double *i
     }
     num_ball_list(&b, cone.list, cone.count);
     for (int turn = 0; turn < 2; turn++)      /* the second with what the first found */
-        num_ball_gradient(&b, root, cone.list, cone.count, column, grad, scratch);
+        num_ball_gradient(&b, root, cone.list, cone.count, column, grad, &room);
     for (int i = 0; i < n; i++) {
         double v = arf_get_d(arb_midref(grad + i), ARF_RND_NEAR), wide = mag_get_d(arb_radref(grad + i));
         CHECK(fabs(v - expected[i]) < 1e-12 * (1 + fabs(v)) && wide < 1e-15 * (1 + fabs(v)), "balls %d: %g +- %g, %g", i, v, wide, expected[i]);
     }
-    for (int i = 0; i < st->nodes; i++)
-        zero += arb_is_zero(scratch + i) != 0;
-    CHECK(zero == st->nodes, "%d of %d", zero, st->nodes);
+    for (int i = 0; i < room.bars; i++)
+        zero += arb_is_zero(room.bar + i) != 0;
+    CHECK(zero == room.bars && room.bars >= cone.count, "%d of %d", zero, room.bars);
     expr_cone_clear(&cone);
     num_ball_clear(&b);
     _arb_vec_clear(grad, n);
-    _arb_vec_clear(scratch, st->nodes);
+    num_ball_room_clear(&room);
     free(column);
 }
 

@@ -13,6 +13,7 @@
 #include "facts.h"
 #include "points.h"
 #include "run_job.h"
+#include "alike.h"
 #include "mem.h"
 #include "poly.h"
 #include "print.h"
@@ -299,6 +300,7 @@ static void list_strata(struct job *j)
     stage_begin(j->clock, STAGE_STRATA);
     expr_facts_init(&facts);
     expr_cone_init(&l.cone);
+    l.alike = poly_alike_new(&j->request->store);
     domain = (struct domain){ .system = &j->request->system, .facts = &facts, .cone = &l.cone, .budget = j->budget };
     for (int i = 0; i < sol->conditions.count; i++)
         strata_condition(&l, sol->conditions.at[i].function, sol->conditions.at[i].functions);
@@ -334,6 +336,7 @@ static void list_strata(struct job *j)
     strata_cases(&l);
     cases_clear(&cases);
     definitions_clear(&names);
+    poly_alike_free(l.alike);
     expr_facts_clear(&facts);
     expr_cone_clear(&l.cone);
 }

@@ -10,6 +10,7 @@ struct definitions;
 struct domain;
 struct expr_facts;
 struct job;
+struct poly_alike;
 struct stratum;
 
 struct listing {
@@ -20,6 +21,7 @@ struct listing {
     int off, moved;           /* how many factors were looked at off the final set, and for special parameters */
     struct cases *cases;      /* of the parameters, so far */
     struct definitions *names; bool names_known;
+    struct poly_alike *alike; /* factors of pivots */
     int before, rank;         /* generic rank with the first `before` constraints; -1: not known */
 };
 

@@ -1,9 +1,9 @@
 /* Pivots through the names of their parts: x s + y^2 with s = x is a sum of squares, which no name may hide. */
 #include "strata_listing.h"
 
+#include "alike.h"
 #include "definition.h"
 #include "run_job.h"
-#include "poly.h"
 #include "request.h"
 
 static const struct definitions *names(struct listing *l)
@@ -25,12 +25,11 @@ static int parts(const struct poly_factors *f)
 
 bool strata_through(struct listing *l, expr_id value, const struct poly_limits *limits, struct poly_factors *f)
 {
-    struct expr_store *st = &l->j->request->store;
     struct poly_factors named;
     expr_id through = value;
     definitions_through(names(l), &l->j->request->system, &through, 1);
-    bool factored = poly_numerator_factors(st, value, limits, f);
-    if (!through || through == value || !poly_numerator_factors(st, through, limits, &named))
+    bool factored = poly_alike_factors(l->alike, value, limits, f);
+    if (!through || through == value || !poly_alike_factors(l->alike, through, limits, &named))
         return factored;
     bool more = !factored || parts(&named) != parts(f);
     if (factored)
