@@ -90,8 +90,7 @@ static double weighted(const struct ode_step *s, const double *v, const double *
     return s->n ? sqrt(sum / s->n) : 0;
 }
 
-double ode_first_step(struct ode_field *field, const struct ode_step *s, double error_order,
-                      double *work)
+double ode_first_step(struct ode_field *field, const struct ode_step *s, double error_order, int level, double *work)
 {
     double span = fabs(s->h), *x1 = work, *f1 = work + s->n;
     double dx = weighted(s, s->x, NULL), df = weighted(s, s->f, NULL), second = 0;
@@ -112,5 +111,5 @@ double ode_first_step(struct ode_field *field, const struct ode_step *s, double 
     double most = fmax(df, second);
     double next = most <= 1e-15 ? fmax(1e-6 * span, 1e-3 * h)
                                 : pow(0.01 / most, 1.0 / error_order);
-    return fmin(fmin(100 * h, next), span);
+    return fmin(fmin(ldexp(100 * h, -level), next), span);
 }

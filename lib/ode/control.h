@@ -32,8 +32,7 @@ double ode_rough_power(double x);
 /* A first step size (unsigned) from the sizes of x, x' and an estimate of x'' got by an
  * explicit Euler step (Hairer, Norsett, Wanner, II.4). `step` has t, x, f and the
  * tolerances set, h = the whole signed span. One evaluation, or a few where the field is
- * refused; work has 2 n entries. */
-double ode_first_step(struct ode_field *field, const struct ode_step *step, double error_order,
-                      double *work);
+ * refused; work has 2 n entries. level: what is bounded by no error is 2^-level as long, so that solutions that are compared do not begin with one step. */
+double ode_first_step(struct ode_field *field, const struct ode_step *step, double error_order, int level, double *work);
 
 #endif

@@ -155,7 +155,7 @@ static bool begin(struct ode_march *m, double *h)
     ode_prepare_step(m, m->stop - m->t);
     *h = m->o->first_step > 0
              ? m->o->first_step
-             : ode_first_step(&m->field, &m->step, m->method->error_order, m->work);
+             : ode_first_step(&m->field, &m->step, m->method->error_order, m->level, m->work);
     if (m->method->series && !(m->o->first_step > 0))       /* which knows better, but not from everywhere */
         *h = fmin(FIRST_SERIES * *h, fabs(m->stop - m->t));
     if (!(m->o->first_step > 0))       /* far from time 0 derivatives by differences may be roundings */

@@ -405,14 +405,21 @@ static void keep_rows(const struct ode_run *run, struct ode_run *next, struct od
         res->shortfall = "the time granted ended before a tighter solution was found";
 }
 
-/* Tighter solutions, until errors are as small as was asked for. */
+/* An end of whose time so much of the way is not known may be one of loose steps alone (a rate that grows with the square of what they missed). */
+static bool is_vague(const struct ode_run *run, const struct ode_result *res)
+{
+    static const double VAGUE = 0.1;
+    return ode_reason_placed(res->end.reason) && res->end.error > VAGUE * fabs(res->end.t - run->start->t);
+}
+
+/* Tighter solutions, until errors are as small as was asked for, and ends are known. */
 static void refine(const struct ode_run *run, struct ode_run *next, struct ode_result *res)
 {
-    while (res->worst > 1 && run->o.refine && !out_of_budget(res)) {
+    while ((res->worst > 1 || is_vague(run, res)) && run->o.refine && !out_of_budget(res)) {
         struct ode_result tight;
         double before = res->worst, ratio = next_ratio(res, &next->o);
         if (res->solutions >= MOST_SOLUTIONS || ratio == 0) {
-            res->shortfall = why_not(res);
+            res->shortfall = res->worst > 1 ? why_not(res) : NULL;
             return;
         }
         march_tighter(next, ratio, &tight);

@@ -126,6 +126,15 @@ bool ode_kinks_pass(struct ode_march *m, double h)
     return ok && any ? kinks_turn(m) : ok;
 }
 
+bool ode_kinks_turn_ahead(const struct ode_march *m)
+{
+    const struct ode_kinks *k = m->kinks;
+    bool turn = false;
+    for (int e = 0; k && !k->natural && e < k->count; e++)
+        turn |= k->pending[e] == TURN;
+    return turn;
+}
+
 double ode_kinks_cut(const struct ode_march *m, double h)
 {
     const struct ode_kinks *k = m->kinks;

@@ -173,6 +173,8 @@ double ode_kinks_cut(const struct ode_march *m, double h);
 void ode_kinks_end(struct ode_march *m);
 /* Switches were turned at the present point. */
 bool ode_kinks_turned(const struct ode_march *m);
+/* Whether a switch is to turn at the present step's end. */
+bool ode_kinks_turn_ahead(const struct ode_march *m);
 /* After a refusal of a step of size h: true, it may be tried with nothing held. And then: all is held again. */
 bool ode_kinks_natural(struct ode_march *m, enum ode_refusal cause, double h);
 void ode_kinks_held(struct ode_march *m);

@@ -34,17 +34,24 @@ bool ode_sample_inside(const struct ode_march *m)
     return m->next < m->start->count && beyond(m, m->start->times[m->next]) < 0;
 }
 
+/* Samples so near behind the step's end are at it: where a switch turns there, whose time is told to roundings, they have the values before. */
+static double at_end(const struct ode_march *m)
+{
+    return ode_kinks_turn_ahead(m) ? ODE_TOLD * sga_larger(fabs(m->t), fabs(m->t1)) : 0;
+}
+
 enum ode_refusal ode_sample(struct ode_march *m, int *through)
 {
     size_t n = (size_t)m->p->n;
     bool dense = false;
+    double same = at_end(m);
     int k = m->next;
     for (; k < m->start->count; k++) {
         double *row = m->res->samples + (size_t)k * n, t = m->start->times[k];
         double past = beyond(m, t);
-        if (past > 0)
+        if (past > same)
             break;
-        if (past == 0) {
+        if (past >= 0) {
             memcpy(row, m->x1, n * sizeof *row);   /* settled already */
             m->res->inside[k] = 0;
             continue;

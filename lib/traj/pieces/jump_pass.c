@@ -339,21 +339,31 @@ static bool read_end(struct jump_pass *p, const struct turn *s, const struct tra
            || sga_fail(err, SGA_E_NOT_SUPPORTED, "at %.10g the motion has no digits beyond those of a double; use \"double\"", piece->ended_t);
 }
 
-/* In double-double: samples at the time of the event that ended a piece, to its roundings, have the values before it. error: of the piece's samples. */
+/* How far the next sample lies behind the last event. */
+static double behind_event(const struct jump_pass *p, const struct traj_request *rq)
+{
+    const struct traj_result *r = &p->r;
+    double way = p->fine ? num_dd_sub(p->fine->time[r->rows], p->fine->t).hi : rq->times[r->rows] - r->happening[r->happened - 1].t;
+    return p->direction * way;
+}
+
+/* Samples at the time of the event that ended a piece, to the roundings of the arithmetic, have the values before it. error: of the piece's samples. */
 static void fill_samples(struct jump_pass *p, const struct traj_request *rq, double error)
 {
     struct traj_result *r = &p->r;
     size_t columns = (size_t)r->columns, last = (size_t)r->happened - 1;
     const struct traj_happening *h = r->happening + last;
-    double told = isfinite(h->error) ? h->error : 0;
-    while (r->rows < rq->samples && p->direction * num_dd_sub(p->fine->time[r->rows], p->fine->t).hi <= told) {
+    double told = !p->fine ? JUMP_SAME_TIME * fmax(fabs(h->t), fabs(h->t - rq->start)) : isfinite(h->error) ? h->error : 0;
+    while (r->rows < rq->samples && behind_event(p, rq) <= told) {
         size_t row = (size_t)r->rows * columns;
         r->t[r->rows] = rq->times[r->rows];
         r->rows++;
         memcpy(r->value + row, r->happened_value + last * columns, columns * sizeof *r->value);
         for (size_t k = 0; k < columns; k++) {
-            const char *text = r->happened_digits[last * (columns + 1) + k + 1];
-            r->digits[row + k] = text ? sga_strdup(text) : NULL;
+            if (p->fine) {
+                const char *text = r->happened_digits[last * (columns + 1) + k + 1];
+                r->digits[row + k] = text ? sga_strdup(text) : NULL;
+            }
             p->each[row + k] = fmax(error, 0) + told * (1 + fabs(r->value[row + k]));
         }
     }
@@ -390,7 +400,7 @@ static bool take_piece(struct jump_pass *p, struct jump_piece *q, struct turn *s
     if (*ok && p->boxed)
         jump_boxed_twins(p->boxed, q, jump_carried(s->mode).rq, p->count, piece);
     jump_join(p, q, piece);
-    if (p->fine && piece->ended_event >= 0)
+    if (!p->boxed && piece->ended_event >= 0)
         fill_samples(p, rq, piece->error_estimate);
     if (p->boxed && piece->ended_event >= 0)
         jump_boxed_end(p, s->mode->rq, s->mode->sys, q->whole[piece->ended_event]);
@@ -409,9 +419,9 @@ static bool next_piece(struct jump_pass *p, struct jump_piece *q, struct turn *s
                        struct sga_error *err)
 {
     double direction = jump_direction(rq);
+    *done = p->r.rows;
     while (!p->fine && !p->boxed && *done < rq->samples && (rq->times[*done] - t) * direction <= 0)
         ++*done;
-    *done = p->fine || p->boxed ? p->r.rows : *done;
     if (*done == rq->samples)
         return false;
     double late = p->fine ? 0 : wrong * fabs(t);        /* times of events are roundings wrong too, all to one side at the worst */
