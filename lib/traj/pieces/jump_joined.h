@@ -16,7 +16,7 @@ struct jump_pass {
     double *each;                 /* rows x columns: those errors */
     double *at; int jumps, room;  /* times of events that set */
     int *count;                   /* by event: how often it did */
-    bool *idle;                   /* by event, where switches are modes, but in balls: along the present slide its function is 0 */
+    bool *idle;                   /* by event, where there are modes, but in balls: along the present slide, or in the present mode, its function is 0 */
     double end_error;             /* of an accumulation's time */
     double over, over_fine;       /* errors of steps over singular positions, which all passes may have alike: in units of the tolerances, by the sizes of values */
     double direction;             /* of the motion in time: 1 or -1 */

@@ -62,20 +62,21 @@ static bool take_sides(struct jump_piece *q, struct turn *s, double t, struct sg
     return !s->slide || slide_sides(s->slide, s->mode, t, q->x, q->all_side, err);
 }
 
-/* Along a slide: events whose functions its constraints hold at 0 are not looked for. */
+/* Along a slide, or in a mode: events whose functions its constraints hold at 0 (a tip that has landed and stays) are not looked for. */
 static void take_idle(struct jump_pass *p, struct turn *s, double t, const double *x)
 {
     const struct traj_request *rq = s->mode->rq;
     const struct sga_solution *sol = s->mode->sol;
     struct poly_limits limits = poly_limits_of(POLY_AMPLE, rq->budget);
-    bool along = false;
+    bool slides = rq->modes->surfaces > 0, held = !slides && sol->constraints > 0;
+    int events = slides ? rq->modes->own : rq->events;
     SGA_FREED expr_id *given = sga_malloc(((size_t)sol->constraints + 1) * sizeof *given);
     for (int i = 0; i < sol->constraints; i++)
         given[i] = sol->constraint[i].expr;
     for (int k = 0; k < rq->modes->surfaces; k++)
-        along |= s->mode->choice[k] == TRAJ_ALONG;
-    for (int e = 0; e < rq->modes->own; e++)
-        p->idle[e] = along && jump_at_zero(&s->j, e, t, x) && poly_vanishes_with(s->mode->sys->store, rq->event[e].expression, given, sol->constraints, &limits);
+        held |= s->mode->choice[k] == TRAJ_ALONG;
+    for (int e = 0; e < events; e++)
+        p->idle[e] = held && (!x || jump_at_zero(&s->j, e, t, x)) && poly_vanishes_with(s->mode->sys->store, rq->event[e].expression, given, sol->constraints, &limits);
 }
 
 /* Where sides have turned, functions of theirs may have jumped over 0: told as the turn is. was: their values before. */
@@ -184,10 +185,10 @@ static bool go_on(struct jump_pass *p, struct jump_piece *q, struct turn *s, con
         for (int e = 0; e < rq->events; e++)
             p->stood |= fired[e] && rq->event[e].sets && q->stands[e];
         SGA_FREED double *was = sga_malloc(((size_t)rq->events + 1) * sizeof *was);
-        for (int e = 0; e < rq->events && p->idle; e++)
+        for (int e = 0; e < rq->events && s->slide; e++)
             was[e] = jump_function(&s->j, e, at.t, x);
         *ok = turn(p, q, s, &at, tighter, err);
-        if (*ok && !s->why[0] && p->idle && jumped_over(p, s, was, fired, at.t, q->x)) {
+        if (*ok && !s->why[0] && s->slide && p->idle && jumped_over(p, s, was, fired, at.t, q->x)) {
             p->r.ended = true;
             p->r.ended_t = piece->ended_t;
             p->r.ended_reason = ode_reason_text(ODE_EVENT);
@@ -383,7 +384,7 @@ static void make_room(struct jump_pass *p, const struct traj_request *rq, int co
     if (jump_is_exact(rq) || p->boxed)
         p->r.digits = sga_calloc(cells, sizeof *p->r.digits);
     p->count = sga_calloc(events, sizeof *p->count);
-    p->idle = slide_any(rq) && !p->boxed ? sga_calloc(events, sizeof *p->idle) : NULL;
+    p->idle = rq->modes && !p->boxed ? sga_calloc(events, sizeof *p->idle) : NULL;
 }
 
 /* The piece that was asked for goes into the motion, which has come to *t. Whether another one follows; *ok false: err. The piece is cleared. */
@@ -462,6 +463,8 @@ bool jump_pass_run(struct jump_pass *p, const struct sys_system *sys, const stru
         jump_add_leg(p, rq->start, 0, "start", 0, NULL, 0);
     if (ok && slide_any(rq))
         ok = more = begin(p, &q, &s, rq, tighter, err);
+    else if (ok && p->idle)
+        take_idle(p, &s, rq->start, NULL);
     for (int done = 0; more;) {
         struct traj_result piece;
         double t;
