@@ -301,6 +301,36 @@ static bool asked(struct along *a, struct guard_way *way)
     return ok;
 }
 
+/* The velocity is another one at the step's end. */
+static bool turns(const struct along *a)
+{
+    static const double TURNED = 0.2;
+    const struct ode_path *p = a->path;
+    double change = 0, size = 0;
+    for (int j = 0; j < a->f->n; j++) {
+        double unit = p->error(p->march, j);
+        change = sga_larger(change, fabs(p->f1[j] - p->f0[j]) / unit);
+        size = sga_larger(size, sga_larger(fabs(p->f0[j]), fabs(p->f1[j])) / unit);
+    }
+    return change > TURNED * size;
+}
+
+/* A pivot falls towards 0 by its rate at the begin, and rises from there by that at the end, and the velocity turns meanwhile: a step that is shorter than the errors
+ * allowed may have changed to another branch of the constraints, which meet where it is 0. Shorter ones tell. Such a pivot, or -1. */
+static int bounces(const struct along *a)
+{
+    static const double NEAR = 0.5;    /* of the lesser value: where lines from both ends meet; errors are in them */
+    int found = -1;
+    if (!a->path->f0 || !a->path->f1 || a->path->stages)
+        return -1;
+    for (int k = 0; k < a->f->guard_pivots; k++) {
+        double side = a->start[k] > 0 ? 1 : -1, begin = side * a->start[k], end = side * a->last[k], down = side * a->rate[k], up = side * a->last_rate[k];
+        if (!a->free[k] && end > 0 && down < 0 && up > 0 && begin + down * ((up + begin - end) / (up - down)) <= NEAR * sga_smaller(begin, end))
+            found = k;
+    }
+    return found >= 0 && turns(a) ? found : -1;
+}
+
 /* Whether the step goes on; *quiet: the part of it that the next ones need no look for. */
 static bool goes_on(struct along *a, double *g, double *quiet)
 {
@@ -311,6 +341,13 @@ static bool goes_on(struct along *a, double *g, double *quiet)
     *quiet = 0;
     for (int k = 0; k < f->guards; k++)       /* seen; on it, or beyond the end of a domain by roundings */
         a->free[k] = (p->stages && k < f->guard_pivots) || (ends_domain(f, k) ? a->start[k] < 0 : a->start[k] == 0);
+    int bounced = bounces(a);
+    if (bounced >= 0) {
+        f->lost_pivot = bounced;
+        f->rank_lost = true;
+        f->contradiction = false;
+        return false;
+    }
     *quiet = calm(a);
     bool longer = !p->stages && fabs(p->h) > LONGER * f->along_h;
     if (*quiet > 0 && !longer)
