@@ -301,10 +301,10 @@ static bool asked(struct along *a, struct guard_way *way)
     return ok;
 }
 
-/* The velocity is another one at the step's end. */
+/* The velocity is another one at the step's end, by as much as is hardly an error of so short a step. */
 static bool turns(const struct along *a)
 {
-    static const double TURNED = 0.2;
+    static const double TURNED = 0.2, HARDLY = 4;
     const struct ode_path *p = a->path;
     double change = 0, size = 0;
     for (int j = 0; j < a->f->n; j++) {
@@ -312,7 +312,7 @@ static bool turns(const struct along *a)
         change = sga_larger(change, fabs(p->f1[j] - p->f0[j]) / unit);
         size = sga_larger(size, sga_larger(fabs(p->f0[j]), fabs(p->f1[j])) / unit);
     }
-    return change > TURNED * size;
+    return change > TURNED * size && change * fabs(p->h) <= HARDLY;
 }
 
 /* A pivot falls towards 0 by its rate at the begin, and rises from there by that at the end, and the velocity turns meanwhile: a step that is shorter than the errors
