@@ -426,7 +426,7 @@ static void refine(const struct ode_run *run, struct ode_run *next, struct ode_r
         if (!tighten(run, next, ratio, res, tight))
             return;
         if (!(res->worst < 0.9 * before) && next->o.rtol < ROUNDING_RTOL) {
-            res->shortfall = why_not(res);
+            res->shortfall = res->worst > 1 ? why_not(res) : NULL;
             return;
         }
     }

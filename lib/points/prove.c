@@ -307,7 +307,7 @@ static bool contracts_whole(struct square *q, const struct near *near, double re
     const struct sga_budget *budget = q->j->space->budget;
     struct points_whole *w = q->whole;
     know(w);
-    for (int way = w->stairs.groups > 1 ? 0 : 1; way < 2; way++) {
+    for (int way = !w->none && w->stairs.groups > 1 ? 0 : 1; way < 2; way++) {
         if (w->least[way] < 0)
             w->least[way] = way ? num_least_singular(w->J, budget) : num_least_singular_stairs(&w->stairs, budget);
         if (contracts_by(q, near, w->least[way], residual, prec))
@@ -330,8 +330,7 @@ static bool by_singular_value(struct square *q, slong prec)
     set_radii(q, 0, prec);
     if (mine && ok) {
         q->whole = &own;
-        if (!square_stairs(q, own.J, &own.stairs))
-            own.stairs.groups = 0;
+        own.none = !square_stairs(q, own.J, &own.stairs);
     } else if (ok) {
         lin_stairs_take(&q->whole->stairs);
     }
