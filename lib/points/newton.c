@@ -154,7 +154,7 @@ static double step(struct points_jacobian *j, struct points_point *p, struct poi
         int open = only_new(j, w, r, old);
         *rank = normal_basic_step(w, r, d) < open ? 0 : c;
     } else {
-        *rank = c > POINTS_MANY ? normal_quick_step(w, r, d) : normal_step(w, r, d);
+        *rank = c > POINTS_QUICK ? normal_quick_step(w, r, d) : normal_step(w, r, d);
     }
     for (int i = 0; i < n && cheap; i++)
         d[i] = ldexp(d[i], cheap[i]);
@@ -211,7 +211,7 @@ int points_newton(struct points_search *w, struct points_point *p, struct points
     SGA_ARENA(mem);
     double *r = sga_take(&mem, (size_t)c * sizeof *r), *d = sga_take(&mem, (size_t)n * sizeof *d);
     double *from = sga_take(&mem, 2 * ((size_t)n + 1) * sizeof *from), *here = from + n + 1, last = INFINITY;
-    bool quick = c > POINTS_MANY;
+    bool quick = c > POINTS_QUICK;
     struct points_quick *q = quick ? points_search_quick(w) : NULL;
     int retreats = 0;
     struct way way = { 1, 0 };

@@ -93,7 +93,7 @@ static void *copy(struct sga_arena *mem, const void *from, int count, size_t siz
 
 struct points_search *points_kept_of(struct points_kept *k, const struct points_space *space)
 {
-    if (!k || space->constraints <= POINTS_MANY)
+    if (!k || space->constraints <= POINTS_QUICK)
         return NULL;
     for (int i = 0; i < k->count; i++)
         if (same(&k->of[i]->space, space)) {
