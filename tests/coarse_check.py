@@ -1,8 +1,9 @@
 """Motions at coarse and at fine tolerances say the same: coarse_check.py BUILD_DIR
 
 Samples at the very times of events, switches and impacts have the values before them, by every method; a motion does not end at a tolerance at which
-steps alone go astray; what is set by constraints after an event is no event again; estimates hold where all solutions begin with one short step.
+steps alone go astray; events of a motion far smaller than `atol` are found; what is set by constraints after an event is no event again; estimates hold where all solutions begin with one short step.
 SGA_TEST_SEED, SGA_TEST_SCALE as everywhere."""
+import math
 import random
 import sys
 
@@ -89,10 +90,27 @@ def goes_on(solver, tally):
                 tally.check(len(found.get("events", [])) == events, f"{label}: events", found.get("events"))
 
 
+def tiny(solver, tally):
+    """x = a cos t with a far below an `atol` that was given: its events are there all the same."""
+    for size in (1e-3, 1e-6, 1e-9):
+        for tolerance in (1e-3, 1e-6, 1e-9):
+            for method in ("auto", "dop853", "radau", "taylor"):
+                answer, problem = solver.solve({
+                    "system": {"form": "equations", "variables": ["x", "v"], "equations": ["x' = v", "v' = -x"]}, "want": ["trajectory"],
+                    "accuracy": {"rtol": tolerance, "atol": tolerance, "method": method},
+                    "trajectory": {"stop": "10*pi", "samples": 3, "initial": {"x": size, "v": 0}, "events": [{"name": "down", "expression": "x", "direction": "down"}]}})
+                events = answer["trajectory"]["events"] if answer else problem
+                tally.check(answer and len(events) == 5, f"an oscillation of {size} at {tolerance}, {method}: its events", events)
+                if answer and len(events) == 5:
+                    off = max(abs(e["t"] - (2 * k + 0.5) * math.pi) for k, e in enumerate(events))
+                    tally.check(off <= 0.5, f"an oscillation of {size} at {tolerance}, {method}: times", off)
+
+
 def main():
     solver, tally = Solver(build_folder()), Tally("coarse")
     closed_forms(solver, tally, random.Random(seed(20261130)))
     goes_on(solver, tally)
+    tiny(solver, tally)
     return tally.end()
 
 

@@ -77,8 +77,18 @@ static double value_beside(void *ctx, int j, double by)
     return g;
 }
 
-/* By how much errors of x change the function: those that are allowed; or where told roundings. *jumps (or NULL): true where it jumps among them. */
-static double doubt_and_jump(struct ode_march *m, int e, double t, const double *x, bool told, bool *jumps)
+/* Errors of x that the function is asked with: those that are allowed, roundings, or those of a start that was found. */
+enum errors { ALLOWED, TOLD, FOUND };
+static const double FOUND_TO = 1e-12;      /* of a variable's size */
+
+static double error_of(const struct ode_march *m, int j, double x, enum errors which)
+{
+    double size = fabs(x), unit = m->unit[j];
+    return which == TOLD ? ODE_TOLD * size : which == FOUND ? FOUND_TO * fmax(size, unit) : ode_allowed(m->o->rtol, m->o->atol, unit, x, x);
+}
+
+/* By how much errors of x change the function. *jumps (or NULL): true where it jumps among them. */
+static double doubt_and_jump(struct ode_march *m, int e, double t, const double *x, enum errors which, bool *jumps)
 {
     struct beside at = { m, e, t };
     const struct ode_beside b = { value_beside, &at, m->p->n };
@@ -86,14 +96,14 @@ static double doubt_and_jump(struct ode_march *m, int e, double t, const double 
     memmove(y, x, (size_t)m->p->n * sizeof *y);
     double g = value_beside(&at, -1, 0), sum = 4 * DBL_EPSILON * fabs(g);
     for (int j = 0; j < m->p->n; j++)
-        sum += ode_beside_change(&b, g, j, told ? ODE_TOLD * fabs(y[j]) : ode_allowed(m->o->rtol, m->o->atol, m->unit[j], y[j], y[j]), jumps);
+        sum += ode_beside_change(&b, g, j, error_of(m, j, y[j], which), jumps);
     return sum;
 }
 
 /* The time of the motion, of which its place in time is known to a part. */
 static double time_size(const struct ode_march *m) { return fmax(fabs(m->t), fabs(m->stop - m->t)); }
 
-static double doubt_of(struct ode_march *m, int e, double t, const double *x, bool told) { return doubt_and_jump(m, e, t, x, told, NULL); }
+static double doubt_of(struct ode_march *m, int e, double t, const double *x, enum errors which) { return doubt_and_jump(m, e, t, x, which, NULL); }
 
 /* Whether it jumps at m->x, to what the place of an event is known to. */
 static bool jumps_here(struct ode_march *m, int e)
@@ -107,7 +117,7 @@ static bool jumps_here(struct ode_march *m, int e)
     return ode_beside_jumps(&(struct ode_beside){ value_beside, &at, m->p->n + 1 }, w->by);
 }
 
-static double doubt(struct ode_march *m, int e, double t, const double *x) { return doubt_of(m, e, t, x, false); }
+static double doubt(struct ode_march *m, int e, double t, const double *x) { return doubt_of(m, e, t, x, ALLOWED); }
 
 void ode_watch_begin(struct ode_march *m)
 {
@@ -131,7 +141,9 @@ void ode_watch_start(struct ode_march *m)
         double g = values(m, m->t, m->x)[e];
         int side = m->p->event_side ? m->p->event_side[e] : ODE_SIDE_FRESH;
         k->jumps = false;
-        k->least = doubt_and_jump(m, e, m->t, m->x, side != ODE_SIDE_FRESH, &k->jumps);
+        k->least = doubt_and_jump(m, e, m->t, m->x, side != ODE_SIDE_FRESH ? TOLD : ALLOWED, &k->jumps);
+        if (side == ODE_SIDE_FRESH)        /* what is small beside the errors allowed is not small beside those of the start */
+            k->least = fmin(k->least, doubt_of(m, e, m->t, m->x, FOUND));
         ode_beside_change(&(struct ode_beside){ value_beside, &(struct beside){ m, e, m->t }, m->p->n + 1 }, g, m->p->n, ODE_TOLD * time_size(m), &k->jumps);
         k->before = g;
         k->carried = side == 1 || side == -1;
@@ -190,7 +202,7 @@ static void dip(struct ode_march *m, int e, int i, struct track *k)
     value_at(m, e, s);
     double *x = m->watch->way.x, t = m->t + (s * m->step.h + m->t_low), unsure = doubt(m, e, t, x) + flat;
     value_at(m, e, s);
-    unsure = fmin(unsure, flat + doubt_of(m, e, t, x, true) + ODE_ERRORS * ode_errors(m) * unsure);
+    unsure = fmin(unsure, flat + doubt_of(m, e, t, x, TOLD) + ODE_ERRORS * ode_errors(m) * unsure);
     if (k->sign * g < -unsure) {
         add(m, e, root(m, e, left, ga, s, g), -k->sign);
         add(m, e, root(m, e, s, g, right, gb), k->sign);
