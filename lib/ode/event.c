@@ -79,7 +79,7 @@ static double value_beside(void *ctx, int j, double by)
 
 /* Errors of x that the function is asked with: those that are allowed, roundings, or those of a start that was found. */
 enum errors { ALLOWED, TOLD, FOUND };
-static const double FOUND_TO = 1e-12;      /* of a variable's size */
+static const double FOUND_TO = 1e-13;      /* of a variable's size */
 
 static double error_of(const struct ode_march *m, int j, double x, enum errors which)
 {
