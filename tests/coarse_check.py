@@ -103,7 +103,8 @@ def tiny(solver, tally):
                 tally.check(answer and len(events) == 5, f"an oscillation of {size} at {tolerance}, {method}: its events", events)
                 if answer and len(events) == 5:
                     off = max(abs(e["t"] - (2 * k + 0.5) * math.pi) for k, e in enumerate(events))
-                    tally.check(off <= 0.5, f"an oscillation of {size} at {tolerance}, {method}: times", off)
+                    told = max(e["error"] for e in events)
+                    tally.check(off <= told <= 0.1, f"an oscillation of {size} at {tolerance}, {method}: times", (off, told))
 
 
 def main():

@@ -155,10 +155,11 @@ static enum points_status find(const struct points_space *s, double spread, uint
     p->parameter = sga_calloc((size_t)s->parameters, sizeof *p->parameter);
     p->solved = sga_calloc((size_t)s->constraints, sizeof *p->solved);
     num_ball_init(&p->ball, s->st, NEWTON_BITS);
-    struct points_search own, *w = points_kept_of(s->kept, s);
-    bool kept = w != NULL;
-    if (!kept)
-        points_search_init(w = &own, s);
+    struct points_search own, *w = s->search ? s->search : &own;
+    if (s->search)
+        w->j.space = s;
+    else
+        points_search_init(w, s);
     SGA_ENDS(points_parts_clear) struct points_parts parts;
     points_parts_init(&parts, &w->j);
     enum points_status status = POINTS_NONE;
@@ -214,7 +215,7 @@ static enum points_status find(const struct points_space *s, double spread, uint
         status = POINTS_IRREGULAR;
         memcpy(p->x, irregular, (size_t)s->variables * sizeof(double));
     }
-    if (!kept)
+    if (!s->search)
         points_search_clear(&own);
     return status;
 }
@@ -246,6 +247,7 @@ static enum points_status through_stages(const struct points_space *s, const int
 {
     struct points_space part = *s;
     struct points_point before = { 0 };
+    part.search = NULL;                /* that is of all constraints */
     enum points_status status = POINTS_OK;
     *p = (struct points_point){ 0 };
     for (int turn = 0, turns = stages < most ? stages : most; turn < turns && status == POINTS_OK; turn++) {

@@ -92,7 +92,8 @@ static enum points_status sample_reals(struct points_oracle *s, const struct poi
     double *near = NULL;
     SGA_FREED signed char *sign = sga_calloc((size_t)space.parameters + 1, 1);
     enum points_status status = POINTS_OK;
-    struct points_kept *kept = points_kept_new();
+    SGA_ENDS(points_search_clear) struct points_search search;
+    points_search_init(&search, &space);
     for (int k = 0; k < POINTS_REAL; k++) {
         /* a guess is only a guess: go a little away from it, to a generic point */
         double spread = k == 0 && !s->space.near ? 1 : (s->space.near_spread > 0 ? s->space.near_spread : 0.05) * (1 + k);
@@ -100,7 +101,7 @@ static enum points_status sample_reals(struct points_oracle *s, const struct poi
         space.side = s->side;
         space.sides = s->sides;
         space.same_branches = true;
-        space.kept = kept;
+        space.search = &search;
         status = points_find(&space, spread, &s->random, POINTS_BITS, s->real + k);
         if (status != POINTS_OK) {
             points_point_clear(s->real + k);
@@ -118,7 +119,6 @@ static enum points_status sample_reals(struct points_oracle *s, const struct poi
         }
     }
     free(near);
-    points_kept_free(kept);
     return status;
 }
 

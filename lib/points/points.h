@@ -11,7 +11,6 @@
 
 #include "ball.h"
 
-struct points_kept;
 struct points_space;
 
 struct points_point {
@@ -40,9 +39,6 @@ enum points_status points_find(const struct points_space *space, double spread, 
  * natural stages: each can be met by few new variables, where all at once is a long way. */
 enum points_status points_find_staged(const struct points_space *space, const int *end, int stages,
                                       double spread, uint64_t *random, slong prec, struct points_point *point);
-/* For space.kept, of a few sets of many constraints: whoever draws several points of a set makes one before and frees it after. */
-struct points_kept *points_kept_new(void);
-void points_kept_free(struct points_kept *k);
 /* Raise an existing point to more bits (same point). False if it cannot be refined. */
 bool points_refine(const struct points_space *space, struct points_point *point, slong prec);
 /* A copy with values of symbols only, to be worked with at so many bits. */

@@ -7,8 +7,8 @@
 
 #include "expr.h"
 
-struct points_kept;
 struct points_point;
+struct points_search;
 struct sga_budget;
 
 /* The answer holds where the function has this sign: 1 or -1. */
@@ -48,7 +48,7 @@ struct points_space {
     const struct points_side *side; int sides;   /* points on other sides are not taken */
     bool same_branches;                       /* nor, of the first few starts near a guess, those where abs, sign, min, max of the
                                                * constraints have another branch than at the start */
-    struct points_kept *kept;                 /* what searches for points of the set have made already, and those to come will not make again; or NULL */
+    struct points_search *search;             /* what searches for points of these very constraints share (search.h); NULL: each makes its own */
     const struct sga_budget *budget;
 };
 

@@ -31,9 +31,4 @@ void points_search_clear(struct points_search *w);
 void points_whole_clear(struct points_whole *w);
 struct points_quick *points_search_quick(struct points_search *w);
 
-/* points_kept_new, points_kept_free: see points.h. */
-struct points_kept;
-/* That of the space, with which it goes on; NULL: none is kept of such a space (or k is NULL). */
-struct points_search *points_kept_of(struct points_kept *k, const struct points_space *space);
-
 #endif

@@ -22,6 +22,11 @@ static const double UNSEEN = 1e-3;
 /* The same, for an event whose function stood still after it and that happens again at once: by roundings that fall. */
 static const double STANDS = 1e-4;
 
+double jump_at_once(const struct jump_pass *p, const struct traj_request *rq, double t)
+{
+    return p->fine ? 0 : JUMP_SAME_TIME * fmax(fabs(t), fabs(t - rq->start));
+}
+
 void jump_pass_clear(struct jump_pass *p)
 {
     traj_result_clear(&p->r);

@@ -28,6 +28,8 @@ struct jump_pass {
 };
 
 void jump_pass_clear(struct jump_pass *p);
+/* Times so near to t are it, in double: samples there have the values before an event. 0 in double-double. */
+double jump_at_once(const struct jump_pass *p, const struct traj_request *rq, double t);
 /* What a piece has found, behind that of the pieces before; its samples' digits are taken over. */
 void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece);
 /* What those steps may have done to a value of this column. */

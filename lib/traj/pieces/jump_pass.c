@@ -354,7 +354,7 @@ static void fill_samples(struct jump_pass *p, const struct traj_request *rq, dou
     struct traj_result *r = &p->r;
     size_t columns = (size_t)r->columns, last = (size_t)r->happened - 1;
     const struct traj_happening *h = r->happening + last;
-    double told = !p->fine ? JUMP_SAME_TIME * fmax(fabs(h->t), fabs(h->t - rq->start)) : isfinite(h->error) ? h->error : 0;
+    double told = !p->fine ? jump_at_once(p, rq, h->t) : isfinite(h->error) ? h->error : 0;
     while (r->rows < rq->samples && behind_event(p, rq) <= told) {
         size_t row = (size_t)r->rows * columns;
         r->t[r->rows] = rq->times[r->rows];

@@ -43,12 +43,6 @@ static double raised(const struct jump_pass *p, int row, int column)
     return fmax(*e, fmin(near, ODE_NEIGHBOUR * *e));
 }
 
-/* Times so near to t are it, in double: samples there have the values before an event. */
-static double at_once(const struct jump_pass *p, double t, const struct traj_request *rq)
-{
-    return p->fine ? 0 : JUMP_SAME_TIME * fmax(fabs(t), fabs(t - rq->start));
-}
-
 /* Errors of the tighter motion by the looser one; the largest, in units of what is allowed. */
 static double compare(struct jump_pass *p, const struct jump_pass *loose, const struct traj_request *rq)
 {
@@ -66,7 +60,7 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     r->column_error = sga_calloc((size_t)columns + 1, sizeof(double));
     r->error_estimate = 0;
     for (int i = 0; i < r->rows; i++) {
-        bool there = i < o->rows && direction * r->t[i] <= known + at_once(p, r->t[i], rq), over = r->passes && direction * (r->t[i] - r->passed[0].t) > 0;
+        bool there = i < o->rows && direction * r->t[i] <= known + jump_at_once(p, rq, r->t[i]), over = r->passes && direction * (r->t[i] - r->passed[0].t) > 0;
         while (jumped < p->jumps && direction * (p->at[jumped] - r->t[i]) <= 0)
             jumped++;
         for (int k = 0; k < columns; k++) {
@@ -95,9 +89,9 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
     }
     for (int i = 0; i < r->happened; i++) {
         struct traj_happening *h = r->happening + i;
-        bool last = i >= same && direction * (rq->times[rq->samples - 1] - h->t) <= at_once(p, h->t, rq);      /* one of them ends before it, by a rounding */
+        bool last = i >= same && direction * (rq->times[rq->samples - 1] - h->t) <= jump_at_once(p, rq, h->t);      /* one of them ends before it, by a rounding */
         double own = isfinite(h->error) ? h->error : 0;
-        h->error = i < same ? jump_time_difference(r, i, o, i) + own + 4 * jump_epsilon(r) * fabs(h->t) : last ? own + at_once(p, h->t, rq) : INFINITY;
+        h->error = i < same ? jump_time_difference(r, i, o, i) + own + 4 * jump_epsilon(r) * fabs(h->t) : last ? own + jump_at_once(p, rq, h->t) : INFINITY;
         if (i < same && !rq->event[h->event].turns)      /* of those slides say it, and what it does to the motion is in the samples */
             worst = fmax(worst, sga_error_ratio(h->error, asked, 1, h->t));
     }
