@@ -125,9 +125,9 @@ class Switches:
     def __init__(self, tally, solver):
         self.tally, self.solver = tally, solver
 
-    def ask(self, label, variables, equations, initial):
+    def ask(self, label, variables, equations, initial, arithmetic="auto"):
         request = {"system": {"form": "equations", "variables": variables, "equations": equations},
-                   "trajectory": {"stop": STOP, "samples": ROWS, "initial": initial}, "accuracy": {"rtol": 1e-9, "atol": 1e-9}}
+                   "trajectory": {"stop": STOP, "samples": ROWS, "initial": initial}, "accuracy": {"rtol": 1e-9, "atol": 1e-9, "arithmetic": arithmetic}}
         try:
             result, problem = self.solver.solve(request)
         except Crash as e:
@@ -160,7 +160,7 @@ class Switches:
             rng.shuffle(names)
             rng.shuffle(equations)
             label = f"{k}, order {turn}"
-            named = self.ask(f"{label}: named", list(names), list(equations), initial)
+            named = self.ask(f"{label}: named", list(names), list(equations), initial, ["auto", "double-double"][turn])
             if not named or not put_in:
                 continue
             d = named["dimensions"]

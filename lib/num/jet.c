@@ -25,6 +25,9 @@
 #define R_DIV(a, b) ((a) / (b))
 #define R_NEG(a) (-(a))
 #define R_ROOT_STAYS(root, rest) false
+#define R_OVERFLOWS(w, plain) (w)
+#define R_UNDERFLOWS(w, by, what) (w)
+#define R_PRODUCT R_MUL
 #define R_TWICE(a) (2 * (a))
 #define R_MUL_INT(a, k) ((a) * (k))
 #define R_DIV_INT(a, k) ((a) / (k))

@@ -23,6 +23,11 @@
 #define R_NEG num_dd_neg
 /* The root of what is 0 as far as is known is 0: max(0, x) beside negative x, which has no other way to go on than series. */
 #define R_ROOT_STAYS(root, rest) ((root).hi == 0 && (rest).hi == 0)
+/* Sums and products beyond the range of numbers are infinite, as they are in double, not without a value: 1/(1 + exp(u)) beside large u. What is divided by
+ * these, or by what has no series near the largest numbers, is 0, with all its derivatives. */
+#define R_OVERFLOWS(w, plain) overflowing(w, plain)
+#define R_UNDERFLOWS(w, by, what) underflowing(w, by, what)
+#define R_PRODUCT wide_product
 #define R_TWICE(a) num_dd_scale(a, 2)
 #define R_MUL_INT(a, k) num_dd_mul_d(a, (double)(k))
 #define R_DIV_INT(a, k) num_dd_div(a, num_dd_of((double)(k)))
@@ -47,6 +52,26 @@ static num_dd dot(const num_dd *a, const num_dd *b, int n)
         rest += s.lo + (p.lo + (a[i].hi * b->lo + a[i].lo * b->hi));
     }
     return num_dd_fast_two_sum(sum, rest);
+}
+
+static inline num_dd overflowing(num_dd w, double plain)
+{
+    return isnan(w.hi) && isinf(plain) ? num_dd_of(plain) : w;
+}
+
+static inline num_dd underflowing(num_dd w, num_dd by, double what)
+{
+    static const double HUGE_NUMBER = 0x1p900;
+    return isnan(w.hi) && fabs(by.hi) > HUGE_NUMBER && isfinite(what) ? num_dd_of(0) : w;
+}
+
+/* Of numbers near the largest too, whose halves overflow (num_dd_two_product). */
+static num_dd wide_product(num_dd a, num_dd b)
+{
+    num_dd w = num_dd_mul(a, b);
+    if (isnan(w.hi))
+        w = num_dd_scale(num_dd_mul(num_dd_scale(a, 0x1p-600), b), 0x1p600);
+    return overflowing(w, a.hi * b.hi);
 }
 
 static num_dd function(enum expr_op op, num_dd a)

@@ -219,16 +219,16 @@ static void step(struct STRUCT *j, int at, int k)
     const R *x = j->row + (size_t)c->x * j->stride;
     R *y = j->row + (size_t)c->y * j->stride;
     switch ((enum jet_op)c->op) {
-    case JET_ADD:        w[k] = R_ADD(a[k], b[k]); break;
-    case JET_SUB:        w[k] = R_SUB(a[k], b[k]); break;
+    case JET_ADD:        w[k] = R_OVERFLOWS(R_ADD(a[k], b[k]), R_DOUBLE(a[k]) + R_DOUBLE(b[k])); break;
+    case JET_SUB:        w[k] = R_OVERFLOWS(R_SUB(a[k], b[k]), R_DOUBLE(a[k]) - R_DOUBLE(b[k])); break;
     case JET_NEG:        w[k] = R_NEG(a[k]); break;
-    case JET_MUL:        w[k] = product(p, c, a, b, k); break;
-    case JET_SQUARE:     w[k] = square(a, k); break;
-    case JET_DIV:        w[k] = quotient(p, c, a, b, w, k); break;
-    case JET_INVERSE:    w[k] = k == 0 ? R_DIV(R_OF(1), a[0]) : R_DIV(R_NEG(R_DOT(a + 1, w, k)), a[0]); break;
+    case JET_MUL:        w[k] = k == 0 ? R_PRODUCT(a[0], b[0]) : product(p, c, a, b, k); break;
+    case JET_SQUARE:     w[k] = k == 0 ? R_PRODUCT(a[0], a[0]) : square(a, k); break;
+    case JET_DIV:        w[k] = R_UNDERFLOWS(quotient(p, c, a, b, w, k), b[0], R_DOUBLE(a[0])); break;
+    case JET_INVERSE:    w[k] = R_UNDERFLOWS(k == 0 ? R_DIV(R_OF(1), a[0]) : R_DIV(R_NEG(R_DOT(a + 1, w, k)), a[0]), a[0], 1.0); break;
     case JET_AFFINE: {
         R v = c->sign < 0 ? R_NEG(a[k]) : a[k];
-        w[k] = k == 0 ? R_ADD(v, R_OF(c->shift)) : v;
+        w[k] = k == 0 ? R_OVERFLOWS(R_ADD(v, R_OF(c->shift)), R_DOUBLE(v) + c->shift) : v;
         break;
     }
     case JET_DERIVATIVE: w[k] = R_MUL_INT(a[k], k); break;

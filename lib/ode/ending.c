@@ -32,6 +32,11 @@ static const char *const whats[] = {
 };
 
 const char *ode_reason_text(enum ode_reason r) { return texts[r]; }
+
+const char ode_slides[] = "the field jumps where the argument of a sign changes its sign, and points there from both sides: "
+                          "the motion would have to slide along that surface, which the equations do not determine";
+const char ode_no_sides[] = "a switch jumps here and turns others, which turn it, or each other, back: on no sides do all arguments "
+                            "have the signs that their switches are taken with";
 const char *ode_reason_what(enum ode_reason r) { return whats[r]; }
 
 double ode_end_error(double apart, double rtol, double way)

@@ -42,14 +42,15 @@ void ode_kinks_begin(struct ode_march *m)
     k->fresh = (unsigned char *)k->side + c;
     k->pending = k->fresh + c;
     k->led = k->pending + c;
-    k->g = sga_calloc(8 * c + 3 * n, sizeof *k->g);
+    k->g = sga_calloc(9 * c + 3 * n, sizeof *k->g);
     k->rate = k->g + c;
     k->g1 = k->rate + c;
     k->rate1 = k->g1 + c;
     k->old = k->rate1 + c;
     k->least = k->old + c;
     k->doubt = k->least + c;
-    k->theta = k->doubt + c;
+    k->was = k->doubt + c;
+    k->theta = k->was + c;
     k->x = k->theta + c;
     k->f = k->x + n;
     k->mid = k->f + n;

@@ -15,7 +15,7 @@ struct ode_kinks {
     unsigned char *fresh;      /* turned, and not yet seen off the surface */
     unsigned char *pending;    /* to be turned when the present step is committed; REST: not to be held from then on */
     unsigned char *led;        /* the motion led to the surfaces of these when some were turned last; others were turned by that */
-    double *old, *least, *doubt;     /* changes ahead, before a turn; see grains */
+    double *old, *least, *doubt, *was;     /* changes ahead, before a turn; see grains; arguments before a turn */
     double *g, *rate, *g1, *rate1;   /* at the step's ends: values, and their derivatives along the motion */
     double *theta;             /* where it leaves its side in the step; 2: nowhere */
     struct ode_way way;

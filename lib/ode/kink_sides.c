@@ -102,8 +102,7 @@ void kinks_set_scale(struct ode_march *m, double h)
 
 static bool end_sliding(struct ode_march *m)
 {
-    ode_end_at(m, ODE_NOT_SMOOTH, "the field jumps where the argument of a sign changes its sign, and points there from both sides: "
-               "the motion would have to slide along that surface, which the equations do not determine");
+    ode_end_at(m, ODE_NOT_SMOOTH, ode_slides);
     return false;
 }
 
@@ -127,6 +126,12 @@ static bool put_on_set(struct ode_march *m, double t, double *x)
     return ok;
 }
 
+/* Whether the argument of e jumps to where it is now, off its surface. */
+static bool leaps(const struct ode_kinks *k, int e, double was, double now)
+{
+    return fabs(now) > k->doubt[e] && fabs(now - was) > 0.5 * fabs(now);
+}
+
 bool kinks_carry(struct ode_march *m, double t, double *x, double *g, bool *on_set)
 {
     struct ode_kinks *k = m->kinks;
@@ -136,12 +141,10 @@ bool kinks_carry(struct ode_march *m, double t, double *x, double *g, bool *on_s
         *on_set = put_on_set(m, t, x);
         kinks_values(m, t, x, k->g1);
         for (int e = 0; e < k->count; e++) {
-            double now = k->g1[e], jump = fabs(now - g[e]);
-            g[e] = now;
-            if (!(k->side[e] * now < -k->doubt[e]) || !(jump > 0.5 * fabs(now)))
-                continue;
-            k->side[e] = (signed char)-k->side[e];
-            turned++;
+            bool turns = leaps(k, e, g[e], k->g1[e]) && k->side[e] * k->g1[e] < 0;
+            g[e] = k->g1[e];
+            k->side[e] = (signed char)(turns ? -k->side[e] : k->side[e]);
+            turned += turns;
         }
         if (!turned)
             return true;
@@ -188,8 +191,7 @@ static bool carry_through(struct ode_march *m)
     }
     free(before);
     if (!ok) {
-        ode_end_at(m, ODE_NOT_SMOOTH, "a switch jumps here and turns others, which turn it, or each other, back: on no sides do all arguments "
-                   "have the signs that their switches are taken with");
+        ode_end_at(m, ODE_NOT_SMOOTH, ode_no_sides);
         return false;
     }
     if (evaluate(m))
@@ -212,9 +214,9 @@ bool kinks_take_sides(struct ode_march *m)
         k->fresh[e] = !(fabs(g) > least);
         k->side[e] = (signed char)(!isfinite(g) ? 0 : k->fresh[e] ? side_taken(m, e, PROBE * k->scale * m->direction, least) : g > 0 ? 1 : -1);
         jumps |= k->fresh[e] && k->side[e] && m->p->jump;
+        k->g[e] = g;
         kinks_hold(m);
     }
-    kinks_values(m, m->t, m->x, k->g);
     if (!(jumps ? evaluate(m) && carry_through(m) : ode_eval(&m->field, m->t, m->x, m->f))) {      /* a side without values at its edge */
         for (int e = 0; e < k->count; e++)
             k->side[e] = k->fresh[e] ? 0 : k->side[e];
@@ -264,11 +266,12 @@ static bool turn_together(struct ode_march *m, bool *slides)
         k->old[e] = k->pending[e] ? change_ahead(m, e, m->f, d, false) : 0;
     for (int e = 0; e < k->count; e++)
         k->side[e] = (signed char)(k->pending[e] ? -k->side[e] : k->side[e]);
+    memcpy(k->was, k->g, (size_t)k->count * sizeof *k->g);
     if (!evaluate_turned(m) || !carry_through(m))
         return false;
     *slides = false;
     for (int e = 0; e < k->count; e++) {
-        if (!k->pending[e] || !k->side[e])
+        if (!k->pending[e] || !k->side[e] || leaps(k, e, k->was[e], k->g[e]))      /* from the surface (a relay with hysteresis): it is far from it now */
             continue;
         double least = k->least[e], new = change_ahead(m, e, m->f, d, false);
         *slides |= k->side[e] * k->old[e] > least && k->side[e] * new < -least;
@@ -406,7 +409,7 @@ bool ode_kinks_enter(struct ode_march *m)
     kinks_grains(m, m->t, m->x);
     for (int e = 0; e < k->count; e++) {
         double now = k->rate1[e];
-        bool jumps = fabs(now) > k->doubt[e] && fabs(now - k->g1[e]) > 0.5 * fabs(now);
+        bool jumps = leaps(k, e, k->g1[e], now);
         k->pending[e] = jumps ? 0 : k->pending[e];      /* where it is now is off its surface */
         any |= k->side[e] && ((jumps && k->side[e] * now < 0) || fabs(now) <= k->least[e]);
         k->g[e] = k->g1[e];

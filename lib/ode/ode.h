@@ -45,6 +45,8 @@ enum ode_reason {
 };
 
 const char *ode_reason_text(enum ode_reason r);   /* "blow_up" */
+/* Details of ODE_NOT_SMOOTH: both sides of a surface lead to it; no sides of several go together. */
+extern const char ode_slides[], ode_no_sides[];
 const char *ode_reason_what(enum ode_reason r);
 /* An end that the motion has at a time of its own, whatever the work it may take. */
 bool ode_reason_placed(enum ode_reason r);

@@ -80,6 +80,10 @@ bool precise_start(struct precise *p, const double *x, struct sga_error *err);
  * variables; *moved: root mean square of it; *residual: the largest |xi_i|. */
 bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale, const unsigned char *held,
                      double *moved, double *residual);
+/* Constraint values at x, to this order of their jets (p->constraint); false where they are not finite. Coefficient 1 of the inputs is as it was. */
+bool precise_residuals(struct precise *p, num_dd t, const num_dd *x, int order);
+/* J (c x n) in units of scale, held columns (NULL: none) 0, by a directional derivative for each column. */
+bool precise_jacobian(struct precise *p, num_dd t, const num_dd *x, const double *scale, const unsigned char *held, num_dd *J);
 
 /* precise_charts.c. The tape of the flow's field with the arguments of its switches; the field's own where there are none, or NULL. */
 struct num_tape *precise_field(struct precise *p);

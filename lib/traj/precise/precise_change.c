@@ -5,6 +5,7 @@
 
 #include "field.h"
 #include "flow.h"
+#include "jacobian.h"
 #include "mem.h"
 #include "precise_series.h"
 #include "tape.h"
@@ -21,28 +22,23 @@
 void precise_grains(struct precise_march *m, const struct precise_point *at, const struct expansion *near)
 {
     struct precise_sides *q = &m->sides;
-    struct num_tape *surface = m->p->flow->surface;
+    const struct num_jacobian *jac = q->slopes;
     int n = m->n;
-    double *g = q->value, *moved = g + q->count;
     for (int j = 0; j < n; j++)
         q->in[j] = at->x[j].hi;
     q->in[n] = at->t.hi;
-    num_tape_eval(surface, q->in, g);
+    num_jacobian_eval(q->slopes, q->in, NULL, q->slope);
     memset(q->rounding, 0, 2 * (size_t)q->count * sizeof *q->rounding);
-    for (int j = 0; j <= n; j++) {
-        double x = q->in[j], size = fmax(fabs(x), fabs(j < n ? near->series[n + j].hi : near->scale)), step = 1e-6 * fmax(size, 1e-290);
-        double allowed = j < n ? m->scale[j] : 0;
-        q->in[j] = x + step;
-        num_tape_eval(surface, q->in, moved);
-        q->in[j] = x;
-        for (int e = 0; e < q->count; e++) {
-            double slope = fabs(moved[e] - g[e]) / step, noise = ROUNDINGS * NUM_DD_EPSILON * slope * size;
+    for (int e = 0; e < q->count; e++)
+        for (int k = jac->start[e]; k < jac->start[e + 1]; k++) {
+            int j = jac->col[k];
+            double size = fmax(fabs(q->in[j]), fabs(j < n ? near->series[n + j].hi : near->scale));
+            double slope = fabs(q->slope[k]), noise = ROUNDINGS * NUM_DD_EPSILON * slope * size;
             if (!isfinite(slope))
                 continue;
             q->rounding[e] += noise;
-            q->doubt[e] += noise + slope * allowed;
+            q->doubt[e] += noise + slope * (j < n ? m->scale[j] : 0);
         }
-    }
 }
 
 double precise_grain(const struct precise_march *m, const struct precise_point *at)
@@ -109,7 +105,8 @@ static num_dd change_of(struct expansions *w, const struct precise_march *m, int
             return num_dd_of(0);
         w->part[0] = num_dd_of(0);
     }
-    return num_dd_mul_d(num_jet2_change(w->part, w->order - 1, side, w->work), w->far);
+    num_dd change = num_jet2_change(w->part, w->order - 1, side, w->work);
+    return isinf(change.hi) ? change : num_dd_mul_d(change, w->far);
 }
 
 void precise_find_changes(struct expansions *w, struct precise_march *m)

@@ -32,33 +32,13 @@ void precise_knots_begin(struct precise_march *m)
         knots_enter(&m->p->knots, 0);
 }
 
-/* At here the constraints may be others: what may jump does, in double to tell where to, then in double-double. */
-static bool land(struct precise_march *m)
-{
-    struct flow *f = m->p->flow;
-    size_t n = (size_t)m->n;
-    double moved, residual;
-    SGA_FREED double *x = sga_malloc((n + 1) * sizeof *x);
-    SGA_FREED num_dd *old = memcpy(sga_malloc((n + 1) * sizeof *old), m->here.x, n * sizeof *old);
-    if (!f->manifold.c || precise_settle(m, &m->here))
-        return true;
-    for (size_t j = 0; j < n; j++)
-        x[j] = old[j].hi;
-    bool ok = flow_jump(f, m->here.t.hi, x);
-    for (size_t j = 0; j < n; j++) {
-        ok = ok && (!f->moving[j] || x[j] == old[j].hi);       /* a jump of sums of variables is known to the digits of double only */
-        m->here.x[j] = f->moving[j] ? old[j] : num_dd_of(x[j]);
-    }
-    return ok && precise_project(m->p, m->here.t, m->here.x, m->scale, f->moving, &moved, &residual) && precise_settle(m, &m->here);
-}
-
 bool precise_pass_knot(struct precise_march *m, double size)
 {
     const struct precise *p = m->p;
     if (m->passed_knots == p->knots.count || num_dd_sub(m->here.t, p->knot[m->passed_knots]).hi != 0)
         return true;
     knots_enter(&p->knots, ++m->passed_knots);
-    if (!land(m)) {
+    if (!precise_land(m)) {
         precise_end(m, ODE_CONSTRAINT_LOST, "the constraints jump here with a table, and in double-double nothing follows; use \"double\", which has more ways to go on");
         return false;
     }

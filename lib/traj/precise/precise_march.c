@@ -23,6 +23,7 @@
 #define SMALLEST 1e-25
 #define SMALLEST_TO_CHANGE 1e-31
 /* Places of ranks and domains are found in double. */
+#define LEAST_STEP 1e-290      /* smaller numbers lose digits */
 #define SMALLEST_REFUSED 4e-16
 /* Steps of this part of the time passed tend to no singularity; near one derivatives are so many times larger. */
 #define CALM 1e-3
@@ -89,8 +90,7 @@ static bool has_field(struct precise_march *m, const struct precise_point *q)
     return ok;
 }
 
-/* The field has a value at q that the rank and the pivots' signs allow. */
-static bool allowed(struct precise_march *m, const struct precise_point *q)
+bool precise_allowed(struct precise_march *m, const struct precise_point *q)
 {
     struct flow *f = m->p->flow;
     if (has_field(m, q)) {
@@ -129,7 +129,7 @@ bool precise_settle(struct precise_march *m, struct precise_point *q)
     if (!precise_project(m->p, q->t, q->x, m->scale, NULL, &moved, &residual))
         return false;
     m->why = ODE_CONSTRAINT_LOST;
-    return moved <= most_moved(m, q) && allowed(m, q);
+    return moved <= most_moved(m, q) && precise_allowed(m, q);
 }
 
 bool precise_arrive(struct precise_march *m) { return precise_settle(m, &m->there); }
@@ -258,7 +258,7 @@ static bool begin(struct precise_march *m)
     for (int j = 0; j < m->n && m->start_beside; j++)
         m->here.x[j] = num_dd_mul(m->here.x[j], (num_dd){ 1, j * 5 % 3 == 1 ? -NUM_DD_EPSILON : NUM_DD_EPSILON });
     m->why = ODE_CONSTRAINT_LOST;
-    if (!precise_project(m->p, m->here.t, m->here.x, m->scale, NULL, &moved, &residual) || !allowed(m, &m->here)) {
+    if (!precise_project(m->p, m->here.t, m->here.x, m->scale, NULL, &moved, &residual) || !precise_allowed(m, &m->here)) {
         end_refused(m, true);
         return false;
     }
@@ -365,7 +365,7 @@ static bool step(struct precise_march *m, double *cut)
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
     double least = refused ? SMALLEST_REFUSED : m->sides.heading ? SMALLEST_TO_CHANGE : SMALLEST;
-    if (huge || !(size >= least * fmax(passed, 1e-300))) {
+    if (huge || !(size >= fmax(least * passed, LEAST_STEP))) {
         if (!huge && !refused && precise_rescue(m)) {
             *cut = 1;
             return true;

@@ -56,7 +56,10 @@ struct precise_sides {
     signed char *side;         /* 0: not held */
     unsigned char *pending;    /* the step attempted ends where it changes */
     double *rounding, *doubt;  /* of the arguments: see precise_sides.c */
-    double *in, *value;        /* work: n + 1, 2 count */
+    struct num_jacobian *slopes;      /* of the arguments */
+    double *in, *slope;        /* work: n + 1; of slopes */
+    struct num_jet2 *surface;  /* of the arguments, their values alone */
+    num_dd *argument;          /* as they were noted last */
     bool natural;              /* nothing is held in the present step */
     bool heading;              /* the step ends at a change */
     num_dd turned_t; int turned;      /* where a switch was turned last, and how many there */
@@ -95,6 +98,8 @@ bool precise_arrive(struct precise_march *m);
 double precise_largest(const num_dd *x, int n);
 /* The same without asking where the point came from. */
 bool precise_settle(struct precise_march *m, struct precise_point *q);
+/* The field has a value at q that the rank and the pivots' signs allow, and what was given holds; otherwise m->why. */
+bool precise_allowed(struct precise_march *m, const struct precise_point *q);
 /* The march ends at here. */
 void precise_end(struct precise_march *m, enum ode_reason reason, const char *detail);
 /* Time from here to the last sample; to the next knot of a table, if that comes before. */
@@ -103,6 +108,12 @@ num_dd precise_goal_rest(const struct precise_march *m);
 /* Where a step of h ends: the knot itself, or the last time, if it comes to it. */
 num_dd precise_after(const struct precise_march *m, num_dd h);
 
+/* precise_jump.c. m->here, on the constraints that hold now. Where these jump, what no equation differentiates is solved for anew, and of sums that are
+ * differentiated the parts, in double first, which says where to. False: m->why, and here as it was. */
+bool precise_land(struct precise_march *m);
+/* Arguments of switches at here; and whether that of e jumped from `was` to what was noted last, off its surface (m->sides.doubt). */
+void precise_note_arguments(struct precise_march *m);
+bool precise_leaps(const struct precise_sides *q, int e, num_dd was);
 /* precise_knots.c. h, but not beyond the next knot nor almost to it. */
 num_dd precise_within_knots(const struct precise_march *m, num_dd h);
 /* Tables are their polynomials of the first piece. */

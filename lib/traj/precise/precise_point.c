@@ -28,8 +28,7 @@
 /* Pivots of J J^T this much below the first one are dependent rows. */
 #define DEPENDENT 1e-22
 
-/* Constraint values at x; false where they are not finite. Coefficient 1 of the inputs is as it was. */
-static bool residuals(struct precise *p, num_dd t, const num_dd *x, int order)
+bool precise_residuals(struct precise *p, num_dd t, const num_dd *x, int order)
 {
     for (int j = 0; j < p->n; j++)
         num_jet2_input(p->constraint, j)[0] = x[j];
@@ -48,7 +47,7 @@ static double linearise(struct precise *p, num_dd t, const num_dd *x, double *xd
     struct manifold *m = &p->flow->manifold;
     for (int j = 0; j < p->n; j++)
         xd[j] = x[j].hi;
-    if (manifold_residual(m, t.hi, xd, scale, held) < 0 || !residuals(p, t, x, 0))
+    if (manifold_residual(m, t.hi, xd, scale, held) < 0 || !precise_residuals(p, t, x, 0))
         return -1;
     double worst = 0;
     *raw = 0;
@@ -73,6 +72,23 @@ static double rounding(const struct precise *p, const num_dd *x, const double *s
     return 2 * NUM_DD_EPSILON * size;
 }
 
+/* The residuals, as linearise left them at (t, xd), are what rounding of the time leaves: of sin t beside 1/4 that is more than of small variables. */
+static bool within_time(struct precise *p, num_dd t, const double *xd)
+{
+    static const double MOVE = 0x1p-24, ROUNDINGS = 64;
+    struct manifold *m = &p->flow->manifold;
+    SGA_FREED double *at = sga_malloc((2 * (size_t)m->c + 1) * sizeof *at);
+    double *moved = at + m->c;
+    memcpy(m->in, xd, (size_t)p->n * sizeof *xd);
+    m->in[p->n] = t.hi;
+    bool ok = t.hi != 0 && num_tape_eval(m->tape, m->in, at);
+    m->in[p->n] = t.hi * (1 + MOVE);
+    ok = ok && num_tape_eval(m->tape, m->in, moved);
+    for (int i = 0; i < m->c && ok; i++)
+        ok = fabs(num_jet2_root(p->constraint, i)[0].hi) <= ROUNDINGS * NUM_DD_EPSILON * fabs(moved[i] - at[i]) / MOVE;
+    return ok;
+}
+
 bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale, const unsigned char *held,
                      double *moved, double *residual)
 {
@@ -85,7 +101,7 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
     bool ok = false;
     for (int k = 0; k <= STEPS; k++) {
         double worst = linearise(p, t, x, xd, scale, held, residual);
-        ok = worst >= 0 && (worst <= rounding(p, x, scale) || (worst < STALLED * size && worst >= 0.5 * last));
+        ok = worst >= 0 && (worst <= rounding(p, x, scale) || (worst >= 0.5 * last && (worst < STALLED * size || within_time(p, t, xd))));
         if (ok || worst < 0 || k == STEPS)
             break;
         last = worst;
@@ -104,14 +120,13 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
     return ok;
 }
 
-/* J (c x n) in units of scale, held columns 0, by a directional derivative for each column. */
-static bool jacobian(struct precise *p, num_dd t, const num_dd *x, const double *scale, const unsigned char *held, num_dd *J)
+bool precise_jacobian(struct precise *p, num_dd t, const num_dd *x, const double *scale, const unsigned char *held, num_dd *J)
 {
     int n = p->n, c = p->flow->manifold.c;
     bool ok = true;
     for (int j = 0; j < n && ok; j++) {
         num_jet2_input(p->constraint, j)[1] = num_dd_of(1);
-        ok = residuals(p, t, x, 1);
+        ok = precise_residuals(p, t, x, 1);
         num_jet2_input(p->constraint, j)[1] = num_dd_of(0);
         for (int i = 0; i < c; i++)
             J[i * n + j] = held && held[j] ? num_dd_of(0) : num_dd_mul_d(num_jet2_root(p->constraint, i)[1], scale[j]);
@@ -201,7 +216,7 @@ static bool nearest(struct precise *p, const num_dd *guess, const double *unit, 
             size = fmax(size, fabs(x[j].hi) / unit[j]);
             xd[j] = x[j].hi;
         }
-        if (!jacobian(p, p->start, x, unit, fixed, J))
+        if (!precise_jacobian(p, p->start, x, unit, fixed, J))
             break;
         along_set(p, J, g, gradient);
         nearest_refine(q, xd, gradient, step);

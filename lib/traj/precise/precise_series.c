@@ -150,8 +150,10 @@ static bool series_begin(void *state, struct precise_march *m, double size)
     double s = size;
     while (s > 1e-30 * size && !precise_expand(w, m, &m->here, &w->here, s))
         s *= 1e-3;
-    if (!(s > 1e-30 * size))
-        return false;
+    if (!(s > 1e-30 * size)) {       /* beside it there may be one */
+        w->here.scale = m->direction * size;
+        return w->count && precise_take_sides(w, m) && precise_sides_settle(w, m, size);
+    }
     /* coefficients on a scale far beyond the steps come near to the largest numbers */
     precise_look_ahead(w, m);
     double nearer = 4 * w->far * fabs(w->here.scale);

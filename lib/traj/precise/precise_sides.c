@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "flow.h"
+#include "jacobian.h"
 #include "manifold.h"
 #include "mem.h"
 #include "precise_series.h"
@@ -32,10 +33,13 @@ void precise_sides_begin(struct precise_march *m)
         return;
     q->side = sga_calloc(2 * c, 1);
     q->pending = (unsigned char *)q->side + c;
-    q->rounding = sga_calloc(4 * c + (size_t)m->n + 1, sizeof *q->rounding);
+    q->slopes = num_jacobian_new(m->p->flow->surface, NULL, 0);
+    q->rounding = sga_calloc(2 * c + (size_t)m->n + 1 + (size_t)q->slopes->nnz, sizeof *q->rounding);
     q->doubt = q->rounding + c;
-    q->value = q->doubt + c;
-    q->in = q->value + 2 * c;
+    q->in = q->doubt + c;
+    q->slope = q->in + m->n + 1;
+    q->surface = num_jet2_new(m->p->flow->surface, 0);
+    q->argument = sga_calloc(c, sizeof *q->argument);
 }
 
 void precise_hold(struct precise_march *m)
@@ -44,6 +48,8 @@ void precise_hold(struct precise_march *m)
     const signed char *side = m->sides.natural ? NULL : m->sides.side;
     flow_hold(p->flow, side);
     num_tape_hold(p->field, side);
+    if (m->sides.slopes)
+        num_jacobian_hold(m->sides.slopes, side);
     if (p->series)
         num_jet2_hold(p->series, p->field);
     num_jet2_hold(p->constraint, p->flow->manifold.tape);
@@ -68,6 +74,9 @@ void precise_sides_end(struct precise_march *m)
         memcpy(m->path->held, q->side, (size_t)q->count);
     q->natural = true;
     precise_hold(m);
+    num_jet2_free(q->surface);
+    num_jacobian_free(q->slopes);
+    free(q->argument);
     free(q->side);
     free(q->rounding);
 }
@@ -95,116 +104,33 @@ static int side_taken(struct expansions *w, struct precise_march *m, int e, doub
     return taken == 2 ? 0 : taken;
 }
 
-/* here, on the constraints of the sides that are held now. Where they jump, what no equation differentiates is solved for anew, in double first, and the
- * rest stays. False: m->why. */
-static bool put_on_set(struct precise_march *m)
-{
-    struct flow *f = m->p->flow;
-    struct precise_point *q = &m->here;
-    size_t n = (size_t)m->n;
-    num_dd *old = memcpy(sga_malloc((n + 1) * sizeof *old), q->x, n * sizeof *old);
-    bool ok = precise_settle(m, q);
-    enum ode_reason why = m->why;
-    if (!ok) {
-        memcpy(q->x, old, n * sizeof *old);
-        for (size_t j = 0; j < n; j++)
-            m->xd[j] = old[j].hi;
-        ok = manifold_jump(&f->manifold, q->t.hi, m->xd, f->moving);
-        for (size_t j = 0; j < n && ok; j++)
-            q->x[j] = f->moving[j] ? old[j] : num_dd_of(m->xd[j]);
-        if (ok) {       /* all digits of these; what rests may still be off its rows by what turning beside the surface does: all are moved, by little */
-            double moved, residual;
-            precise_project(m->p, q->t, q->x, m->scale, f->moving, &moved, &residual);
-            ok = precise_settle(m, q);
-        }
-        if (!ok)
-            memcpy(q->x, old, n * sizeof *old);
-        for (size_t j = 0; j < n && !ok; j++)
-            m->xd[j] = old[j].hi;
-        if (!ok && f->manifold.c && manifold_residual(&f->manifold, q->t.hi, m->xd, NULL, NULL) >= 0)      /* they have values, and none of the points is near */
-            why = ODE_CONSTRAINT_LOST;
-    }
-    m->why = ok ? m->why : why;
-    free(old);
-    return ok;
-}
-
-bool precise_take_sides(struct expansions *w, struct precise_march *m)
+/* The switches that were near, by their arguments at here. False: all are where they were. */
+static bool hold_where(struct precise_march *m, const bool *near)
 {
     struct precise_sides *q = &m->sides;
-    double size = 0.75 * fabs(w->here.scale);      /* the scale comes out the same */
-    if (!w->count)
-        return true;
-    memset(q->side, 0, (size_t)w->count);
-    q->natural = false;
+    bool any = false;
+    for (int e = 0; e < q->count; e++)
+        q->side[e] = (signed char)(near[e] ? 0 : q->side[e]);
     precise_hold(m);
-    if (!precise_expand(w, m, &m->here, &w->here, size))
-        return false;
-    precise_grains(m, &m->here, &w->here);
-    bool *near = sga_calloc((size_t)w->count, sizeof *near), any = false;
-    for (int e = 0; e < w->count; e++) {
-        double g = precise_argument(w, &w->here, e)[0].hi;
-        near[e] = fabs(g) <= q->rounding[e];
-        any |= near[e];
-        q->side[e] = (signed char)(near[e] || !isfinite(g) ? 0 : g > 0 ? 1 : -1);
+    precise_note_arguments(m);
+    for (int e = 0; e < q->count; e++) {
+        double g = q->argument[e].hi;
+        q->side[e] = (signed char)(!near[e] || !(fabs(g) > q->rounding[e]) ? q->side[e] : g > 0 ? 1 : -1);
+        any |= near[e] && q->side[e];
     }
     precise_hold(m);
-    for (int e = 0; e < w->count && any; e++)
-        if (near[e])
-            q->side[e] = (signed char)side_taken(w, m, e, size);
-    precise_hold(m);
-    if (any) {       /* the start lies on a surface, where constraints may jump */
-        precise_set_scale(m, m->here.x);
-        put_on_set(m);
-    }
-    bool ok = precise_expand(w, m, &m->here, &w->here, size);
-    if (!ok) {
-        for (int e = 0; e < w->count; e++)
-            q->side[e] = near[e] ? 0 : q->side[e];
-        precise_hold(m);
-        ok = precise_expand(w, m, &m->here, &w->here, size);
-    }
-    free(near);
-    return ok;
-}
-
-static bool end_sliding(struct precise_march *m)
-{
-    precise_end(m, ODE_NOT_SMOOTH, "the field jumps where the argument of a sign changes its sign, and points there from both sides: "
-                "the motion would have to slide along that surface, which the equations do not determine");
-    return false;
-}
-
-/* The pending switches, all together, at here. *slides: beyond, the field leads back to one. False: there is no field. */
-static bool turn_together(struct expansions *w, struct precise_march *m, double size, bool *slides)
-{
-    struct precise_sides *q = &m->sides;
-    m->why = ODE_LEFT_DOMAIN;
-    if (m->p->turn && !precise_turn_from(m))
-        return false;
-    precise_flip_pending(m);
-    precise_set_scale(m, m->here.x);
-    if (!(m->p->turn ? precise_turn_to(m) : put_on_set(m)))
-        return false;
-    m->why = ODE_LEFT_DOMAIN;
-    if (!precise_expand(w, m, &m->here, &w->here, size))
-        return false;
-    precise_grains(m, &m->here, &w->here);
-    *slides = false;
-    for (int e = 0; e < w->count; e++)
-        *slides |= q->pending[e] && leads_to(w, m, e) == -q->side[e];
-    return true;
+    return any;
 }
 
 /* On the sides beyond the field has no series on the surface, and has them beside it (sqrt(max(0, u)), as u grows from 0): here is moved on by as little as finds one, and by no
- * more than does no harm. False: there is none so near, and here is as it was. */
-static bool step_off(struct expansions *w, struct precise_march *m, double size)
+ * more than does no harm. near: switches on whose surfaces here lies, to be held where that leads to; NULL: all sides are known. False: there is none so near, and here is as it was. */
+static bool step_off(struct expansions *w, struct precise_march *m, const bool *near, double size)
 {
     static const double FURTHER = 16, FIRST = 1e8;        /* roundings: steps from there are not the shortest yet */
     struct precise_point *q = &m->here;
     size_t n = (size_t)m->n;
     num_dd t = q->t, *x = memcpy(sga_malloc((n + 1) * sizeof *x), q->x, n * sizeof *x);
-    double way = FIRST * precise_grain(m, q), harm = 0, *f = sga_calloc(n + 1, sizeof *f);
+    double way = FIRST * fmax(precise_grain(m, q), NUM_DD_EPSILON * size), harm = 0, *f = sga_calloc(n + 1, sizeof *f);
     bool ok = false;
     for (size_t j = 0; j < n; j++)
         m->xd[j] = x[j].hi;
@@ -217,6 +143,8 @@ static bool step_off(struct expansions *w, struct precise_march *m, double size)
         q->t = num_dd_add_d(t, way * m->direction);
         for (size_t j = 0; j < n; j++)
             q->x[j] = num_dd_add_d(x[j], isfinite(f[j]) ? way * m->direction * f[j] : 0);
+        if (near && !hold_where(m, near))
+            break;
         ok = precise_settle(m, q) && precise_expand(w, m, q, &w->here, fmin(size, way));
         harm = 0;
         for (size_t j = 0; j < n && ok; j++)
@@ -235,6 +163,84 @@ static bool step_off(struct expansions *w, struct precise_march *m, double size)
     return ok;
 }
 
+bool precise_take_sides(struct expansions *w, struct precise_march *m)
+{
+    struct precise_sides *q = &m->sides;
+    double size = 0.75 * fabs(w->here.scale);      /* the scale comes out the same */
+    if (!w->count)
+        return true;
+    memset(q->side, 0, (size_t)w->count);
+    q->natural = false;
+    precise_hold(m);
+    precise_expand(w, m, &m->here, &w->here, size);      /* may have no value, where one of the sides has one beside it */
+    precise_grains(m, &m->here, &w->here);
+    precise_note_arguments(m);
+    SGA_FREED bool *near = sga_calloc((size_t)w->count, sizeof *near);
+    bool any = false;
+    for (int e = 0; e < w->count; e++) {
+        double g = q->argument[e].hi;
+        near[e] = fabs(g) <= q->rounding[e];
+        any |= near[e];
+        q->side[e] = (signed char)(near[e] || !isfinite(g) ? 0 : g > 0 ? 1 : -1);
+    }
+    precise_hold(m);
+    for (int e = 0; e < w->count && any; e++)
+        if (near[e])
+            q->side[e] = (signed char)side_taken(w, m, e, size);
+    precise_hold(m);
+    if (any) {       /* the start lies on a surface, where constraints may jump */
+        precise_set_scale(m, m->here.x);
+        if (!precise_carry(m, &w->here) && m->why == ODE_NOT_SMOOTH) {
+            precise_end(m, m->why, ode_no_sides);
+            return false;
+        }
+    }
+    bool ok = precise_expand(w, m, &m->here, &w->here, size), leaves = any && !ok;
+    for (int e = 0; e < w->count && ok; e++)
+        leaves |= near[e] && !q->side[e] && leads_to(w, m, e) != 0;      /* by what holds on the surface alone, and on none of its sides */
+    if (!leaves || m->p->turn)
+        return ok;
+    if (step_off(w, m, near, size))
+        return true;
+    for (int e = 0; e < w->count; e++)
+        q->side[e] = near[e] ? 0 : q->side[e];
+    precise_hold(m);
+    return precise_expand(w, m, &m->here, &w->here, size);
+}
+
+static bool end_sliding(struct precise_march *m)
+{
+    precise_end(m, ODE_NOT_SMOOTH, ode_slides);
+    return false;
+}
+
+/* The pending switches, all together, at here. *slides: beyond, the field leads back to one. False: there is no field. */
+static bool turn_together(struct expansions *w, struct precise_march *m, double size, bool *slides)
+{
+    struct precise_sides *q = &m->sides;
+    m->why = ODE_LEFT_DOMAIN;
+    if (m->p->turn && !precise_turn_from(m))
+        return false;
+    precise_set_scale(m, m->here.x);
+    precise_grains(m, &m->here, &w->here);
+    precise_note_arguments(m);
+    SGA_FREED num_dd *was = memcpy(sga_malloc(((size_t)q->count + 1) * sizeof *was), q->argument, (size_t)q->count * sizeof *was);
+    SGA_FREED bool *leapt = sga_calloc((size_t)q->count + 1, sizeof *leapt);
+    precise_flip_pending(m);
+    if (!(m->p->turn ? precise_turn_to(m) : precise_carry(m, &w->here)))
+        return false;
+    m->why = ODE_LEFT_DOMAIN;
+    for (int e = 0; e < w->count; e++)
+        leapt[e] = precise_leaps(q, e, was[e]);      /* from the surface (a relay with hysteresis): it is far from it now */
+    if (!precise_expand(w, m, &m->here, &w->here, size))
+        return false;
+    precise_grains(m, &m->here, &w->here);
+    *slides = false;
+    for (int e = 0; e < w->count; e++)
+        *slides |= q->pending[e] && !leapt[e] && leads_to(w, m, e) == -q->side[e];
+    return true;
+}
+
 static bool turn(struct expansions *w, struct precise_march *m, double size)
 {
     struct precise_sides *q = &m->sides;
@@ -250,20 +256,23 @@ static bool turn(struct expansions *w, struct precise_march *m, double size)
             first = e;
     }
     assert(first >= 0);       /* who asks for a turn says of what */
+    SGA_FREED signed char *side = memcpy(sga_malloc((size_t)q->count + 1), q->side, (size_t)q->count);
+    SGA_FREED num_dd *x = memcpy(sga_malloc(((size_t)m->n + 1) * sizeof *x), m->here.x, (size_t)m->n * sizeof *x);
     ok = turn_together(w, m, size, &slides);
     if (ok && slides && all > 1) {                 /* not all at once, then: that one alone */
-        precise_flip_pending(m);
-        if (m->p->turn)
-            precise_turn_back(m);
+        memcpy(q->side, side, (size_t)q->count);
+        memcpy(m->here.x, x, (size_t)m->n * sizeof *x);
+        precise_hold(m);
         memset(q->pending, 0, (size_t)q->count);
         q->pending[first] = 1;
         ok = turn_together(w, m, size, &slides);
     }
-    bool off = !ok && m->why == ODE_LEFT_DOMAIN && !m->p->turn && step_off(w, m, size);
+    bool off = !ok && m->why == ODE_LEFT_DOMAIN && !m->p->turn && step_off(w, m, NULL, size);
     memset(q->pending, 0, (size_t)q->count);
     if (ok || off)
         return off || !slides || end_sliding(m);
-    precise_end(m, m->why, m->why == ODE_NOT_SMOOTH ? "the motion has no derivative by what is asked for beyond this time: it touches the surface where the equations change, or comes to several at once"
+    precise_end(m, m->why, m->why == ODE_NOT_SMOOTH && !m->p->turn ? ode_no_sides
+                           : m->why == ODE_NOT_SMOOTH ? "the motion has no derivative by what is asked for beyond this time: it touches the surface where the equations change, or comes to several at once"
                            : m->why == ODE_CONSTRAINT_LOST ? "the constraints jump here: no point near the solution satisfies those beyond this time"
                            : m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
                            : "the vector field has no value beyond this time");
@@ -317,6 +326,8 @@ bool precise_sides_pass(struct expansions *w, struct precise_march *m)
     }
     if (q->natural) {
         if (!precise_take_sides(w, m)) {
+            if (m->path->reason != ODE_NONE)
+                return false;
             now = precise_let_go(w, m, size);
             if (!now)
                 precise_end(m, ODE_LEFT_DOMAIN, "the vector field has no series beyond this time");

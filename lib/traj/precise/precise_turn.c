@@ -119,11 +119,6 @@ bool precise_turn_from(struct precise_march *m)
     return ok;
 }
 
-void precise_turn_back(struct precise_march *m)
-{
-    memcpy(m->here.x, m->p->turn->from, (size_t)m->n * sizeof *m->here.x);
-}
-
 /* What has a derivative is what it was, derivatives along the directions with their jumps. */
 static void put_in(struct precise_march *m)
 {
