@@ -167,10 +167,17 @@ static bool is_brief(const struct decision *d, const struct told *v, int k)
     return d->open[k] && 1 - fabs(c[0]) < NEAR_END && (c[0] > 0 ? 1 : -1) * d->along * c[1] > 0;
 }
 
+/* By this mode its function is elsewhere (a relay with hysteresis). */
+static bool leaps(const struct decision *d, const struct told *v, int k)
+{
+    size_t at = (size_t)k * (size_t)(v->order + 1);
+    return fabs(v->value[at]) > v->doubt[at] && fabs(v->value[at] - d->was[k]) > 0.5 * fabs(v->value[at]);
+}
+
 /* Along one surface or on one side of it: whether the motion by this mode stays there. */
 static enum way stays(const struct decision *d, const struct told *v, int k, int choice)
 {
-    int first = d->open[k] == AT_IT;
+    int first = d->open[k] == AT_IT && !leaps(d, v, k);
     int a = choice == TRAJ_ALONG ? heads_to(1, -1, v, k, 0, d->along, d->doubt) : heads_to(0, choice == TRAJ_ABOVE ? 1 : -1, v, k, first, d->along, d->doubt);
     int b = choice == TRAJ_ALONG ? heads_to(1, 1, v, k, 0, d->along, d->doubt) : 1;
     return a < 0 || b < 0 ? NO_WAY : !a || !b ? NOT_TOLD : choice == TRAJ_ALONG && is_brief(d, v, k) ? BRIEF : IS_WAY;
@@ -337,6 +344,7 @@ static bool open_at_point(const struct decision *d, int *choice, struct sga_erro
     bool ok = slide_tell(slide_ways(d->s, d->from), 0, d->at->t, d->at->x, NULL, &v, err);
     for (int k = 0; ok && k < d->surfaces; k++) {
         size_t at = (size_t)k * (size_t)(v.order + 1);
+        d->was[k] = v.value[at];
         bool now = d->at->fired[modes->own + 2 * k] || d->at->fired[modes->own + 2 * k + 1];
         d->open[k] = now || (choice[k] != TRAJ_ALONG && !(fabs(v.value[at]) > v.doubt[at]));
         if (choice[k] == TRAJ_AS_WRITTEN)
@@ -387,7 +395,8 @@ bool slide_choose(struct slide *s, struct jump *now, const struct traj_mode *fro
     const struct traj_request *rq = from->rq;
     size_t surfaces = (size_t)rq->modes->surfaces;
     SGA_FREED unsigned char *flag = sga_calloc(3 * surfaces + 3, 1);
-    struct decision d = { .s = s, .now = now, .from = from, .at = at, .surfaces = rq->modes->surfaces, .along = rq->times[rq->samples - 1] < rq->start ? -1 : 1, .doubt = 1,
+    SGA_FREED double *was = sga_calloc(surfaces + 1, sizeof *was);
+    struct decision d = { .s = s, .was = was, .now = now, .from = from, .at = at, .surfaces = rq->modes->surfaces, .along = rq->times[rq->samples - 1] < rq->start ? -1 : 1, .doubt = 1,
                           .open = flag, .other = flag + surfaces + 1 };
     struct verdict v = { 0 };
     double size = 0;

@@ -11,6 +11,7 @@
 #define LEAST_ORDER 8
 #define MOST_ORDER 40
 #define LAST_TERMS 3
+#define LONGER 2               /* orders */
 #define EXPECTED_FALL 0.2
 #define SAFETY 0.95
 #define FAR_BEYOND 1e-3        /* of the scale: a first step that asks for another one */
@@ -23,7 +24,7 @@ static void *series_alloc(struct precise_march *m)
     struct precise *p = m->p;
     w->n = m->n;
     /* Steps that end where switches turn are the same in solutions that are compared, whose errors must not be (cos has no odd terms). */
-    double more = m->sides.count && !m->beside ? 4 : 2;
+    double more = m->sides.count && !m->beside ? 2 + LONGER : 2;
     w->order = (int)fmin(MOST_ORDER, fmax(LEAST_ORDER, ceil(-log(tol) / 2 + more)));
     if (!p->series || p->order != w->order) {
         num_jet2_free(p->series);
@@ -135,10 +136,11 @@ double precise_terms(const double last[LAST_TERMS], int order)
 void precise_look_ahead(struct expansions *w, struct precise_march *m)
 {
     double last[LAST_TERMS];
+    int order = w->order - (m->sides.count && !m->beside ? LONGER : 0);       /* no longer steps for more terms: the errors of solutions that are compared are not to be alike */
     precise_set_scale(m, m->here.x);
     for (int i = 0; i < LAST_TERMS; i++)
-        last[i] = precise_weighted(m, w->here.series + (size_t)(w->order - i) * (size_t)w->n);
-    w->far = fmin(1, precise_terms(last, w->order));
+        last[i] = precise_weighted(m, w->here.series + (size_t)(order - i) * (size_t)w->n);
+    w->far = fmin(1, precise_terms(last, order));
     precise_find_changes(w, m);
 }
 
