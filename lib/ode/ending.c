@@ -47,7 +47,17 @@ double ode_end_error(double apart, double rtol, double way)
 
 bool ode_reason_placed(enum ode_reason r)
 {
-    return r != ODE_NONE && r != ODE_STEP_LIMIT && r != ODE_TIME_LIMIT && r != ODE_CANCELLED;
+    return r != ODE_NONE && r != ODE_TOLERANCE && r != ODE_STEP_LIMIT && r != ODE_TIME_LIMIT && r != ODE_CANCELLED;
+}
+
+void ode_end_by_errors(struct ode_end *end, double way)
+{
+    if (!ode_reason_placed(end->reason) || end->reason == ODE_EVENT || !(end->error > fabs(way)))
+        return;
+    end->reason = ODE_TOLERANCE;
+    end->variable = -1;
+    snprintf(end->detail, sizeof end->detail, "errors end it: solutions of other tolerances end at quite other times, so that nothing tells how far the motion goes; ask for smaller "
+             "tolerances, of atol below the smallest values that matter");
 }
 
 double ode_largest(const struct ode_march *m, const double *v, int *which)
@@ -149,6 +159,9 @@ void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
                    "or the tolerance is too tight");
     else if (why == ODE_LEFT_DOMAIN)
         ode_end_at(m, why, "the vector field has no finite value beyond this time");
+    else if (why == ODE_CONSTRAINT_LOST && cause == MANIFOLD_REFUSED && ode_settle_trembles(m))
+        ode_end_at(m, why, "roundings of double in the constraints move points by more than the tolerances allow here, however short the steps: ask for the arithmetic "
+                   "\"double-double\", or for larger tolerances");
     else if (why == ODE_CONSTRAINT_LOST)
         ode_end_at(m, why, "no point near the solution satisfies the constraints beyond this time");
     else

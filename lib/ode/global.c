@@ -516,7 +516,8 @@ void ode_global(const struct ode_run *run, struct ode_result *res)
     double *noise = noise_of(run);
     global(run, noise, res);
     free(noise);
-    if (!(res->worst <= 1))        /* what is known of samples before it is less than was asked for: ends that agree say nothing then */
+    ode_end_by_errors(&res->end, res->end.t - run->start->t);
+    if (!(res->worst <= 1) || res->end.reason == ODE_TOLERANCE)        /* what is known of samples before it is less than was asked for: ends that agree say nothing then */
         res->end.error = 0;
     drop_lost(res);
 }

@@ -43,7 +43,7 @@ struct ode_run {
 
 /* Corrections that do not shrink with the steps. */
 struct ode_grain {
-    double moved; int same;         /* by the last refused one; how many were as large as the one before */
+    double moved; int still, same;  /* by the last refused one; how many were as large as the one before, and of these how many no larger than is put up with */
     double allowed;
 };
 
@@ -152,6 +152,8 @@ bool ode_result_sane(const struct ode_start *start, const struct ode_result *r);
 
 /* settle.c: after a step that was refused because its end was moved too far. */
 void ode_settle_refused(struct ode_march *m);
+/* Corrections of refused steps do not shrink with these. */
+bool ode_settle_trembles(const struct ode_march *m);
 /* sample.c: a sample lies inside the present step. */
 bool ode_sample_inside(const struct ode_march *m);
 /* sample.c: samples inside the present step and at its end are put into the result,
@@ -222,6 +224,9 @@ void ode_end_event(struct ode_march *m);
 /* ending.c: fills res->end. */
 void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail);
 void ode_end_refused(struct ode_march *m, enum ode_refusal cause);
+/* Of an end whose time is less certain (end->error) than the way there is long nothing is known: it is what errors have grown to that ends solutions (kinetics with
+ * concentrations below atol, which errors make negative). */
+void ode_end_by_errors(struct ode_end *end, double way);
 /* After a step that the field refused: whether it ends for good just beyond the present point, and no sample lies between. Where the motion has been it does not
  * end. True: the end is set. */
 bool ode_is_over(struct ode_march *m);

@@ -29,6 +29,7 @@ struct sga_stages;
     X(SINGULAR,        "singular",        "the field or the constraints become singular") \
     X(NOT_SMOOTH,      "not_smooth",      "no step is small enough for the tolerance") \
     X(EVENT,           "event",           "an event that stops the motion") \
+    X(TOLERANCE,       "tolerance",       "errors end it: solutions of other tolerances end elsewhere") \
     X(STEP_LIMIT,      "step_limit",      "too many steps are needed") \
     X(TIME_LIMIT,      "time_limit",      "the time granted is used up") \
     X(CANCELLED,       "cancelled",       "the job was cancelled")

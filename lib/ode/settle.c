@@ -44,11 +44,15 @@ double ode_settle_most(const struct ode_march *m, double error)
 void ode_settle_refused(struct ode_march *m)
 {
     struct ode_grain *g = &m->grain;
-    g->same = m->moved > SAME * g->moved && m->moved <= GRAIN_MOST ? g->same + 1 : 0;
+    bool still = m->moved > SAME * g->moved;
+    g->still = still ? g->still + 1 : 0;
+    g->same = still && m->moved <= GRAIN_MOST ? g->same + 1 : 0;
     g->moved = m->moved;
     if (g->same >= SURE)
         g->allowed = 2 * m->moved;
 }
+
+bool ode_settle_trembles(const struct ode_march *m) { return m->grain.still >= SURE; }
 
 bool ode_settle(struct ode_march *m, double t, double *x, double most, double *residual)
 {

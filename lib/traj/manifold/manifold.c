@@ -54,10 +54,11 @@ bool manifold_init(struct manifold *m, const struct sys_system *sys, const struc
     }
     normal_init(&m->step, c, n, m->col, m->cols);
     if (c > 0 && c <= CHORD_ROWS) {
-        m->chord.factor = sga_calloc((size_t)c * (size_t)(c + 4), sizeof *m->chord.factor);
+        m->chord.factor = sga_calloc((size_t)c * (size_t)(c + 5), sizeof *m->chord.factor);
         m->chord.y = m->chord.factor + c * c;
         m->chord.most = m->chord.y + c;
-        m->chord.sum_y = m->chord.most + c;
+        m->chord.least = m->chord.most + c;
+        m->chord.sum_y = m->chord.least + c;
         m->chord.sum_r = m->chord.sum_y + c;
     }
     return true;

@@ -22,7 +22,7 @@ struct manifold {
     double *big, *slope;           /* by constraint: largest entry of its gradient, scaled and not, where it was formed last */
     double plain;                  /* largest |xi_i| over its largest derivative in units of m->unit, of the last evaluation */
     double raw;                    /* largest |xi_i| of the last evaluation, unscaled */
-    struct { double *factor, *y, *most, *sum_y, *sum_r; } chord;   /* manifold_chord's; factor NULL: too many constraints */
+    struct { double *factor, *y, *most, *least, *sum_y, *sum_r; } chord;   /* manifold_chord's; factor NULL: too many constraints */
 };
 
 /* switches: those that can be held on a side, borrowed; NULL: none. */

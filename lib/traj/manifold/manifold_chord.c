@@ -15,6 +15,8 @@ enum { CHORDS = 4 };
 /* A pivot that elimination has made this much smaller: the rows are too near to dependent
  * for normal equations. */
 #define DEPENDENT 1e-10
+#define FEW 8.0                /* roundings of a constraint's own terms */
+#define DRIFT 0.25             /* of the error allowed, root mean square: what is corrected of what may be roundings; steps put up with so much of these */
 
 /* The largest |x_j| / scale_j; one division, whatever n is. */
 static double size_of(const double *x, const double *scale, int n)
@@ -42,6 +44,7 @@ static void scale_rows(struct manifold *m, const double *x, const double *scale)
             m->value[k] = v;
             big = a > big ? a : big;
         }
+        m->chord.least[i] = size > 1 ? MANIFOLD_ROUNDING * fmin(size * big, FEW * fmax(own, 1e-3 * big)) : MANIFOLD_ROUNDING * size * big;
         m->chord.most[i] = MANIFOLD_ROUNDING * (size > 1 ? fmin(size * big, MANIFOLD_OWN * fmax(own, 1e-3 * big)) : size * big);
     }
 }
@@ -130,6 +133,16 @@ static bool within(struct manifold *m)
     return all;
 }
 
+/* What the constraints are off is a few roundings: where tolerances are tight, more of them would grow from step to step, until it is more than
+ * all that roundings may be. */
+static bool few(const struct manifold *m)
+{
+    bool all = true;
+    for (int i = 0; i < m->c; i++)
+        all &= fabs(m->r[i]) <= m->chord.least[i];
+    return all;
+}
+
 /* |J^T y|^2 = y^T (J J^T y), y the sum of all multipliers, J J^T y that of all constraints. */
 static double way(const struct manifold *m)
 {
@@ -145,10 +158,11 @@ static bool by_chords(struct manifold *m, double t, double *x, const double *sca
     if (!num_jacobian_eval(m->jac, m->in, m->r, m->value))
         return false;
     scale_rows(m, x, scale);
-    if (within(m))
+    bool on = within(m);
+    if (on && few(m))
         return true;
     if (!factor(m))
-        return false;
+        return on;
     for (int i = 0; i < m->c; i++)
         m->chord.sum_y[i] = m->chord.sum_r[i] = 0;
     for (int k = 0; k < CHORDS; k++) {
@@ -157,10 +171,18 @@ static bool by_chords(struct manifold *m, double t, double *x, const double *sca
             return false;
         if (within(m)) {
             *moved = way(m);
+            if (on && *moved > DRIFT * sqrt(m->n)) {      /* roundings, of rows that nearly depend on each other */
+                *moved = 0;
+                sga_copy(x, m->in, m->n);
+            }
             return true;
         }
+        if (on)
+            break;
     }
-    return false;
+    if (on)
+        sga_copy(x, m->in, m->n);
+    return on;
 }
 
 bool manifold_chord(struct manifold *m, double t, double *x, const double *scale, double *moved)
