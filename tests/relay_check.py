@@ -97,7 +97,9 @@ def one(solver, tally, run, rng):
         return
     for row, error, (time, values, far) in zip(t["rows"], t["errors"], rows):
         got = dict(zip(t["columns"], row))
-        if far < 1e-3 or error is None:
+        if request["accuracy"].get("arithmetic") == "ball" and None in row:      # what is not proved
+            continue
+        if far < 1e-3 or not tally.check(all(got[k] is not None for k in values), f"{label}: values at {time}", str(row)) or error is None:
             continue
         off = max(abs(got[k] - v) for k, v in values.items())
         tally.check(off <= 3 * error + 1e-12 * (u + 1), f"{label}: at {time}", f"off by {off:.3g}, told {error:.3g}")

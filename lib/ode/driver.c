@@ -130,6 +130,8 @@ static bool begin(struct ode_march *m, double *h)
     int which;
     size_t n = (size_t)m->p->n;
     enter(m);
+    if (m->p->begins)
+        m->p->begins(m->p->ctx, m->t);
     memcpy(m->x, m->start->x, n * sizeof *m->x);
     for (size_t j = 0; m->beside && j < n; j++)
         m->x[j] *= j * 5 % 3 == 1 ? 1 - DBL_EPSILON : 1 + DBL_EPSILON;

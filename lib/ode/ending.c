@@ -37,6 +37,8 @@ const char ode_slides[] = "the field jumps where the argument of a sign changes 
                           "the motion would have to slide along that surface, which the equations do not determine";
 const char ode_no_sides[] = "a switch jumps here and turns others, which turn it, or each other, back: on no sides do all arguments "
                             "have the signs that their switches are taken with";
+const char ode_by_errors[] = "errors end it: solutions of other tolerances end at quite other times, so that nothing tells how far the motion goes; ask for smaller "
+                             "tolerances, of atol below the smallest values that matter";
 const char *ode_reason_what(enum ode_reason r) { return whats[r]; }
 
 double ode_end_error(double apart, double rtol, double way)
@@ -50,14 +52,11 @@ bool ode_reason_placed(enum ode_reason r)
     return r != ODE_NONE && r != ODE_TOLERANCE && r != ODE_STEP_LIMIT && r != ODE_TIME_LIMIT && r != ODE_CANCELLED;
 }
 
-void ode_end_by_errors(struct ode_end *end, double way)
+void ode_end_by_errors(struct ode_end *end)
 {
-    if (!ode_reason_placed(end->reason) || end->reason == ODE_EVENT || !(end->error > fabs(way)))
-        return;
     end->reason = ODE_TOLERANCE;
     end->variable = -1;
-    snprintf(end->detail, sizeof end->detail, "errors end it: solutions of other tolerances end at quite other times, so that nothing tells how far the motion goes; ask for smaller "
-             "tolerances, of atol below the smallest values that matter");
+    snprintf(end->detail, sizeof end->detail, "%s", ode_by_errors);
 }
 
 double ode_largest(const struct ode_march *m, const double *v, int *which)

@@ -203,7 +203,7 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
     free(q.raw);
 }
 
-static void add_stats(struct ode_stats *sum, const struct ode_stats *s)
+void ode_add_stats(struct ode_stats *sum, const struct ode_stats *s)
 {
     sum->steps += s->steps;
     sum->refused += s->refused;
@@ -219,8 +219,8 @@ static void add_stats(struct ode_stats *sum, const struct ode_stats *s)
 /* A loose solution is given up, the tight one takes its place. */
 static void replace(struct ode_result *res, struct ode_result *next)
 {
-    add_stats(&next->second, &res->second);
-    add_stats(&next->second, &res->stats);
+    ode_add_stats(&next->second, &res->second);
+    ode_add_stats(&next->second, &res->stats);
     next->solutions = res->solutions + 1;
     ode_result_free(res);
     *res = *next;
@@ -290,7 +290,7 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
     if (tight.count < res->count && (out_of_budget(&tight) || tight.end.reason == ODE_STEP_LIMIT)) {
         res->shortfall = out_of_budget(&tight) ? "the time granted ended before a tighter solution was found"
                                                : "a tighter solution takes more steps than are allowed";
-        add_stats(&res->second, &tight.stats);
+        ode_add_stats(&res->second, &tight.stats);
         res->solutions++;
         ode_result_free(&tight);
         return false;
@@ -412,6 +412,13 @@ static bool is_vague(const struct ode_run *run, const struct ode_result *res)
     return ode_reason_placed(res->end.reason) && res->end.error > VAGUE * fabs(res->end.t - run->start->t);
 }
 
+/* Of an end whose time is less certain than the way there is long nothing is known. */
+static bool is_lost(const struct ode_run *run, const struct ode_result *res)
+{
+    enum ode_reason r = res->end.reason;
+    return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && res->end.error > fabs(res->end.t - run->start->t);
+}
+
 /* Tighter solutions, until errors are as small as was asked for, and ends are known. */
 static void refine(const struct ode_run *run, struct ode_run *next, struct ode_result *res)
 {
@@ -516,7 +523,8 @@ void ode_global(const struct ode_run *run, struct ode_result *res)
     double *noise = noise_of(run);
     global(run, noise, res);
     free(noise);
-    ode_end_by_errors(&res->end, res->end.t - run->start->t);
+    if (is_lost(run, res) || !ode_blow_up_confirmed(run, res))
+        ode_end_by_errors(&res->end);
     if (!(res->worst <= 1) || res->end.reason == ODE_TOLERANCE)        /* what is known of samples before it is less than was asked for: ends that agree say nothing then */
         res->end.error = 0;
     drop_lost(res);

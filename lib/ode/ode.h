@@ -46,8 +46,8 @@ enum ode_reason {
 };
 
 const char *ode_reason_text(enum ode_reason r);   /* "blow_up" */
-/* Details of ODE_NOT_SMOOTH: both sides of a surface lead to it; no sides of several go together. */
-extern const char ode_slides[], ode_no_sides[];
+/* Details of ODE_NOT_SMOOTH: both sides of a surface lead to it; no sides of several go together. Of ODE_TOLERANCE. */
+extern const char ode_slides[], ode_no_sides[], ode_by_errors[];
 const char *ode_reason_what(enum ode_reason r);
 /* An end that the motion has at a time of its own, whatever the work it may take. */
 bool ode_reason_placed(enum ode_reason r);
@@ -175,6 +175,8 @@ struct ode_problem {
      * change their nature: they are to give values as inside, also at and beyond the ends. NaN:
      * no motion is followed. May be NULL. */
     void (*enter)(void *ctx, double from, double to);
+    /* A solution begins at this time: that of the request, or some roundings beside it. May be NULL. */
+    void (*begins)(void *ctx, double t);
     /* After each step: it was taken, the motion is at t, x; or it was not, and what its trial points have told of the way is
      * void: the motion is where it was. Both or none; NULL: nothing is told. True: from now on
      * the same field and manifold are computed in another way, which has more digits here, and x was moved to the manifold as that has it. */

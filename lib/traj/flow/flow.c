@@ -331,6 +331,9 @@ static void enter(void *ctx, double from, double to)
         signals_between(f->sys, from, to);
 }
 
+/* Sides are taken there. */
+static void begins(void *ctx, double t) { ((struct flow *)ctx)->field.start_t = t; }
+
 /* What each step asks for. Not the rows that define the field: they are asked where that fails. */
 static void allow_code(struct flow *f, struct sga_exec *exec, struct num_jet_programs *programs)
 {
@@ -438,7 +441,7 @@ struct ode_problem flow_problem(struct flow *f, const struct traj_request *rq)
                                  .pattern = pattern, .jacobian = pattern ? slope : NULL,
                                  .taylor = f->field.fast ? taylor : NULL,
                                  .taylor_rtol = series_fast(&f->field) ? FAST_RTOL : 0,
-                                 .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL,
+                                 .breaks = f->knot, .break_count = f->knots, .enter = f->sys->signals || f->charts ? enter : NULL, .begins = f->charts ? NULL : begins,
                                  .taken = watched || (f->manifold.c && !f->field.whole) ? taken : NULL, .refused = watched ? refused : NULL, .over = watched ? over : NULL, .along = f->field.guards ? along : NULL,
                                  .switches = f->field.switches.count, .switching = surfaces, .hold = flow_hold,
                                  .turned = f->turn ? variation_turned : NULL,

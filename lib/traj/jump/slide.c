@@ -23,7 +23,8 @@
 /* Derivatives that are looked at: at once, and where those are 0; surfaces that are decided at once. */
 enum { FIRST = 2, LAST = 5, MOST_TRIED = 3 };
 /* Of a value: what of it is not told from 0; of a differentiated variable, by the size of all: what it may move onto a slide; of rates: what is no convex combination. */
-static const double UNTOLD = 1e-9, STAYS = 1e-6, CONVEX = 1e-6, NEAR_END = 1e-6, GRAIN = 64 * DBL_EPSILON / 1e-9;   /* GRAIN: of UNTOLD, roundings */
+static const double UNTOLD = 1e-9, STAYS = 1e-6, CONVEX = 1e-6, NEAR_END = 1e-6, GRAIN = 64 * DBL_EPSILON / 1e-9, LEAP = 1e4;   /* GRAIN: of UNTOLD, roundings; LEAP: of that, more than a start moves a surface's function by, */
+static const double PART = 1e-6;      /* and of what the function changes by over the motion */
 
 struct slide {
     struct ways *first;
@@ -171,7 +172,7 @@ static bool is_brief(const struct decision *d, const struct told *v, int k)
 static bool leaps(const struct decision *d, const struct told *v, int k)
 {
     size_t at = (size_t)k * (size_t)(v->order + 1);
-    return fabs(v->value[at]) > v->doubt[at] && fabs(v->value[at] - d->was[k]) > 0.5 * fabs(v->value[at]);
+    return fabs(v->value[at]) > fmax(d->grain[k], LEAP * v->doubt[at]) && fabs(v->value[at] - d->was[k]) > 0.5 * fabs(v->value[at]);
 }
 
 /* Along one surface or on one side of it: whether the motion by this mode stays there. */
@@ -341,10 +342,13 @@ static bool open_at_point(const struct decision *d, int *choice, struct sga_erro
 {
     struct told v;
     const struct traj_modes *modes = d->from->rq->modes;
+    const struct traj_request *rq = d->from->rq;
+    double span = fabs(rq->times[rq->samples - 1] - rq->start);
     bool ok = slide_tell(slide_ways(d->s, d->from), 0, d->at->t, d->at->x, NULL, &v, err);
     for (int k = 0; ok && k < d->surfaces; k++) {
         size_t at = (size_t)k * (size_t)(v.order + 1);
         d->was[k] = v.value[at];
+        d->grain[k] = choice[k] == TRAJ_ALONG ? INFINITY : fmax(LEAP * v.doubt[at], PART * (fabs(v.value[at + 1]) * span + v.rounding[at] / DBL_EPSILON));
         bool now = d->at->fired[modes->own + 2 * k] || d->at->fired[modes->own + 2 * k + 1];
         d->open[k] = now || (choice[k] != TRAJ_ALONG && !(fabs(v.value[at]) > v.doubt[at]));
         if (choice[k] == TRAJ_AS_WRITTEN)
@@ -395,8 +399,8 @@ bool slide_choose(struct slide *s, struct jump *now, const struct traj_mode *fro
     const struct traj_request *rq = from->rq;
     size_t surfaces = (size_t)rq->modes->surfaces;
     SGA_FREED unsigned char *flag = sga_calloc(3 * surfaces + 3, 1);
-    SGA_FREED double *was = sga_calloc(surfaces + 1, sizeof *was);
-    struct decision d = { .s = s, .was = was, .now = now, .from = from, .at = at, .surfaces = rq->modes->surfaces, .along = rq->times[rq->samples - 1] < rq->start ? -1 : 1, .doubt = 1,
+    SGA_FREED double *was = sga_calloc(2 * surfaces + 1, sizeof *was);
+    struct decision d = { .s = s, .was = was, .grain = was + surfaces, .now = now, .from = from, .at = at, .surfaces = rq->modes->surfaces, .along = rq->times[rq->samples - 1] < rq->start ? -1 : 1, .doubt = 1,
                           .open = flag, .other = flag + surfaces + 1 };
     struct verdict v = { 0 };
     double size = 0;

@@ -44,7 +44,7 @@ struct decision {
     int surfaces, along;
     double doubt;                 /* 1, or 0: derivatives are what they are */
     double *size;                 /* of what has a derivative, by all that was tried so far: sides come before slides */
-    double *was;                  /* by surface: its function as the motion comes */
+    double *was, *grain;          /* by surface: its function as the motion comes; what it may move by without a jump */
     unsigned char *open;          /* by surface: it is asked */
     unsigned char *other;         /* by surface that is not: it would have to be */
 };

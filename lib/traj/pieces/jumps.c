@@ -100,7 +100,7 @@ static double compare(struct jump_pass *p, const struct jump_pass *loose, const 
 
 static bool has_place(const struct traj_result *r)
 {
-    return r->ended && !jump_time_ended(r) && strcmp(r->ended_reason, ode_reason_text(ODE_STEP_LIMIT)) != 0;
+    return r->ended && !jump_time_ended(r) && strcmp(r->ended_reason, ode_reason_text(ODE_STEP_LIMIT)) != 0 && strcmp(r->ended_reason, ode_reason_text(ODE_TOLERANCE)) != 0;
 }
 
 /* What is known of the time of the end; of an accumulation its text says it too. */
@@ -110,7 +110,13 @@ static void say_end(struct jump_pass *p, const struct jump_pass *loose, double r
     bool limit = r->ended && strcmp(r->ended_reason, "accumulation") == 0;
     bool both = has_place(r) && has_place(&loose->r) && (!limit || strcmp(loose->r.ended_reason, "accumulation") == 0);
     double e = p->end_error + (both ? fabs(r->ended_t - loose->r.ended_t) : INFINITY);
-    r->ended_error = isfinite(e) && (limit || worst <= 1) ? (limit ? e : ode_end_error(e, rtol, r->ended_t - start)) + 4 * jump_epsilon(r) * fabs(r->ended_t) : 0;
+    double of_t = isfinite(e) ? (limit ? e : ode_end_error(e, rtol, r->ended_t - start)) + 4 * jump_epsilon(r) * fabs(r->ended_t) : 0;
+    r->ended_error = limit || worst <= 1 ? of_t : 0;
+    if (!limit && r->ended && r->ended_event < 0 && of_t > fabs(r->ended_t - start)) {      /* as in lib/ode/global.c */
+        r->ended_reason = ode_reason_text(ODE_TOLERANCE);
+        r->ended_error = 0;
+        snprintf(r->ended_detail, sizeof r->ended_detail, "%s", ode_by_errors);
+    }
     if (!limit)
         return;
     size_t end = strlen(r->ended_detail);
