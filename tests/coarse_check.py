@@ -90,6 +90,28 @@ def goes_on(solver, tally):
                 tally.check(len(found.get("events", [])) == events, f"{label}: events", found.get("events"))
 
 
+def decay(solver, tally, rng):
+    """E5 of the DETEST set (Enright, Hull, 1976) with other rates: it decays. Concentrations of 1e-12 that errors make negative run away, and that is no blow-up of the motion;
+    nor does a solution that is tighter say so of one that is."""
+    for run in range(scaled(12)):
+        k = [r * 10 ** rng.uniform(-0.5, 0.5) for r in (7.89e-10, 1.1e7, 1.13e9, 1130)]
+        a, b, c = f"{k[0]!r}*a", f"{k[1]!r}*a*c", f"{k[2]!r}*b*c"
+        system = {"form": "equations", "variables": ["a", "b", "c", "d"],
+                  "equations": [f"a' = -{a} - {b}", f"b' = {a} - {c}", f"c' = {a} - {b} - {c} + {k[3]!r}*d", f"d' = {b} - {k[3]!r}*d"]}
+        tolerance, method = rng.choice(TOLERANCES), rng.choice(["auto", "radau"])
+        answer, problem = solver.solve({"system": system, "want": ["trajectory"], "accuracy": {"rtol": tolerance, "atol": tolerance, "method": method, "arithmetic": "double"},
+                                        "trajectory": {"stop": 10 ** rng.uniform(5, 11), "samples": 4, "initial": {"a": 0.00176, "b": 0, "c": 0, "d": 0}}})
+        ended = answer["trajectory"]["ended"] if answer else problem
+        tally.check(answer and (not ended or ended["reason"] in ("tolerance", "step_limit", "time_limit")), f"decay {run} {k} at {tolerance}, {method}", ended)
+    for run in range(scaled(8)):
+        rate, start, tolerance = rng.uniform(0.5, 3), rng.uniform(0.2, 2), rng.choice(TOLERANCES)
+        answer, problem = solver.solve({"system": {"form": "equations", "variables": ["x"], "equations": [f"x' = {rate!r}*x^2"]}, "want": ["trajectory"],
+                                        "accuracy": {"rtol": tolerance, "atol": tolerance, "method": rng.choice(["auto", "radau", "tsit5"])},
+                                        "trajectory": {"stop": 20, "samples": 4, "initial": {"x": start}}})
+        ended = answer["trajectory"]["ended"] if answer else problem
+        tally.check(answer and ended and ended["reason"] == "blow_up" and abs(ended["t"] - 1 / (rate * start)) <= ended["error"], f"blow-up {run} at {tolerance}", ended)
+
+
 def tiny(solver, tally):
     """x = a cos t with a far below an `atol` that was given: its events are there all the same."""
     for size in (1e-3, 1e-6, 1e-9):
@@ -112,6 +134,7 @@ def main():
     closed_forms(solver, tally, random.Random(seed(20261130)))
     goes_on(solver, tally)
     tiny(solver, tally)
+    decay(solver, tally, random.Random(seed(20261130)))
     return tally.end()
 
 

@@ -203,7 +203,7 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
     free(q.raw);
 }
 
-void ode_add_stats(struct ode_stats *sum, const struct ode_stats *s)
+static void add_stats(struct ode_stats *sum, const struct ode_stats *s)
 {
     sum->steps += s->steps;
     sum->refused += s->refused;
@@ -219,8 +219,8 @@ void ode_add_stats(struct ode_stats *sum, const struct ode_stats *s)
 /* A loose solution is given up, the tight one takes its place. */
 static void replace(struct ode_result *res, struct ode_result *next)
 {
-    ode_add_stats(&next->second, &res->second);
-    ode_add_stats(&next->second, &res->stats);
+    add_stats(&next->second, &res->second);
+    add_stats(&next->second, &res->stats);
     next->solutions = res->solutions + 1;
     ode_result_free(res);
     *res = *next;
@@ -290,7 +290,7 @@ static bool tighten(const struct ode_run *run, struct ode_run *next, double rati
     if (tight.count < res->count && (out_of_budget(&tight) || tight.end.reason == ODE_STEP_LIMIT)) {
         res->shortfall = out_of_budget(&tight) ? "the time granted ended before a tighter solution was found"
                                                : "a tighter solution takes more steps than are allowed";
-        ode_add_stats(&res->second, &tight.stats);
+        add_stats(&res->second, &tight.stats);
         res->solutions++;
         ode_result_free(&tight);
         return false;
@@ -412,11 +412,11 @@ static bool is_vague(const struct ode_run *run, const struct ode_result *res)
     return ode_reason_placed(res->end.reason) && res->end.error > VAGUE * fabs(res->end.t - run->start->t);
 }
 
-/* Of an end whose time is less certain than the way there is long nothing is known. */
+/* Of an end of whose time as much as that of the way there is not known nothing is. */
 static bool is_lost(const struct ode_run *run, const struct ode_result *res)
 {
     enum ode_reason r = res->end.reason;
-    return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && res->end.error > fabs(res->end.t - run->start->t);
+    return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && res->end.error > ODE_LOST * fabs(res->end.t - run->start->t);
 }
 
 /* Tighter solutions, until errors are as small as was asked for, and ends are known. */
@@ -523,7 +523,7 @@ void ode_global(const struct ode_run *run, struct ode_result *res)
     double *noise = noise_of(run);
     global(run, noise, res);
     free(noise);
-    if (is_lost(run, res) || !ode_blow_up_confirmed(run, res))
+    if (is_lost(run, res))
         ode_end_by_errors(&res->end);
     if (!(res->worst <= 1) || res->end.reason == ODE_TOLERANCE)        /* what is known of samples before it is less than was asked for: ends that agree say nothing then */
         res->end.error = 0;

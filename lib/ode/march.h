@@ -226,10 +226,6 @@ void ode_end_at(struct ode_march *m, enum ode_reason reason, const char *detail)
 void ode_end_refused(struct ode_march *m, enum ode_refusal cause);
 /* It is what errors have grown to that ends solutions. */
 void ode_end_by_errors(struct ode_end *end);
-/* confirm.c: a far tighter solution blows up there too, or res ends otherwise. Cost: one such solution. */
-bool ode_blow_up_confirmed(const struct ode_run *run, struct ode_result *res);
-/* global.c */
-void ode_add_stats(struct ode_stats *sum, const struct ode_stats *s);
 /* After a step that the field refused: whether it ends for good just beyond the present point, and no sample lies between. Where the motion has been it does not
  * end. True: the end is set. */
 bool ode_is_over(struct ode_march *m);

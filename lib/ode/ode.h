@@ -55,6 +55,9 @@ bool ode_reason_placed(enum ode_reason r);
  * both: their difference says less than that of samples, and may be small by chance. Measured against closed forms: tests/ends_check.py. */
 double ode_end_error(double apart, double rtol, double way);
 
+/* Of the way to an end: its time is so uncertain that errors may be all that ends solutions. */
+#define ODE_LOST 0.3
+
 /* What counts as an event of a function. */
 struct ode_event {
     int direction;             /* +1: it grows through 0 as time grows, -1: it falls, 0: both, and

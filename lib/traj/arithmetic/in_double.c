@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "blow_up.h"
 #include "budget.h"
 #include "endings.h"
 #include "flow.h"
@@ -128,6 +129,10 @@ bool in_double_run(struct flow *f, const struct traj_request *rq, struct traj_re
     r->steps = o.stats.steps + o.second.steps;
     r->rejected = o.stats.refused + o.second.refused;
     r->evaluations = o.stats.evaluations + o.second.evaluations;
+    options.rtol = o.rtol;
+    options.atol = o.atol;
+    if (r->ended && !rq->single)
+        blow_up_confirm(&problem, &start, &options, r);
     bool ok = true;
     if (o.end.reason == ODE_TIME_LIMIT || o.end.reason == ODE_CANCELLED)
         ok = rows_may_end(rq, err);
