@@ -28,6 +28,7 @@
 #define R_OVERFLOWS(w, plain) (w)
 #define R_UNDERFLOWS(w, by, what) (w)
 #define R_PRODUCT R_MUL
+#define R_QUOTIENT R_DIV
 #define R_TWICE(a) (2 * (a))
 #define R_MUL_INT(a, k) ((a) * (k))
 #define R_DIV_INT(a, k) ((a) / (k))

@@ -28,6 +28,7 @@
 #define R_OVERFLOWS(w, plain) overflowing(w, plain)
 #define R_UNDERFLOWS(w, by, what) underflowing(w, by, what)
 #define R_PRODUCT wide_product
+#define R_QUOTIENT wide_quotient
 #define R_TWICE(a) num_dd_scale(a, 2)
 #define R_MUL_INT(a, k) num_dd_mul_d(a, (double)(k))
 #define R_DIV_INT(a, k) num_dd_div(a, num_dd_of((double)(k)))
@@ -72,6 +73,14 @@ static num_dd wide_product(num_dd a, num_dd b)
     if (isnan(w.hi))
         w = num_dd_scale(num_dd_mul(num_dd_scale(a, 0x1p-600), b), 0x1p600);
     return overflowing(w, a.hi * b.hi);
+}
+
+static num_dd wide_quotient(num_dd a, num_dd b)
+{
+    num_dd w = num_dd_div(a, b);
+    if (isnan(w.hi) && isfinite(b.hi) && b.hi != 0)
+        w = num_dd_scale(num_dd_div(a, num_dd_scale(b, 0x1p-600)), 0x1p-600);
+    return isnan(w.hi) && isinf(b.hi) && isfinite(a.hi) ? num_dd_of(0) : w;
 }
 
 static num_dd function(enum expr_op op, num_dd a)

@@ -416,7 +416,8 @@ static bool is_vague(const struct ode_run *run, const struct ode_result *res)
 static bool is_lost(const struct ode_run *run, const struct ode_result *res)
 {
     enum ode_reason r = res->end.reason;
-    return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && res->end.error > ODE_LOST * fabs(res->end.t - run->start->t);
+    double way = fabs(res->end.t - run->start->t);
+    return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && way > 0 && res->end.error > ODE_LOST * way;
 }
 
 /* Tighter solutions, until errors are as small as was asked for, and ends are known. */

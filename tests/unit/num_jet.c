@@ -135,6 +135,37 @@ static void switches(void)
     }
 }
 
+/* What is beyond the range of numbers on the way to a value that is not: in double-double as in double. */
+static void beyond_range(void)
+{
+    static const struct { const char *text; double at, value, change; } c[] = {
+        { "1/(1 + exp(t))", 800, 0, 0 }, { "2 - 3/(1 + exp(t))", 800, 2, 0 }, { "1/(1 + exp(t)^2)", 400, 0, 0 }, { "cosh(t)^(-2)", 1e6, 0, 0 },
+        { "t - 5/(exp(t) - 1)", 900, 900, 1 }, { "1/(1 + exp(t))", -800, 1, 0 },
+    };
+    for (size_t i = 0; i < sizeof c / sizeof *c; i++) {
+        struct sga_error err = { 0 };
+        expr_id e = parse(c[i].text);
+        struct num_tape *t = num_tape_new(&st, &e, 1, inputs, 4, &err);
+        struct num_jet2 *j = num_jet2_new(t, 2);
+        num_jet2_input(j, 3)[0] = num_dd_of(c[i].at);
+        num_jet2_input(j, 3)[1] = num_dd_of(1);
+        for (int k = 0; k < 3; k++)
+            CHECK(num_jet2_next(j, k) && num_jet2_root(j, 0)[k].hi == (k == 0 ? c[i].value : k == 1 ? c[i].change : 0), "%s at %g, order %d: %g", c[i].text, c[i].at, k, num_jet2_root(j, 0)[k].hi);
+        num_tape_free(t);
+        num_jet2_free(j);
+    }
+    struct sga_error err = { 0 };
+    expr_id e = parse("cosh(t)^(-2)");
+    struct num_tape *t = num_tape_new(&st, &e, 1, inputs, 4, &err);
+    struct num_jet2 *j = num_jet2_new(t, 0);
+    num_jet2_input(j, 3)[0] = num_dd_of(350);
+    CHECK(num_jet2_next(j, 0) && fabs(num_jet2_root(j, 0)[0].hi / (4 * exp(-700)) - 1) < 1e-14, "near the largest numbers: %g", num_jet2_root(j, 0)[0].hi);
+    num_jet2_input(j, 3)[0] = num_dd_of(NAN);
+    CHECK(!num_jet2_next(j, 0), "no number stays none");
+    num_tape_free(t);
+    num_jet2_free(j);
+}
+
 static double between(uint64_t *seed, double a, double b)
 {
     *seed = *seed * 6364136223846793005u + 1442695040888963407u;
@@ -244,6 +275,7 @@ int main(void)
     num_ball_clear(&b);
     expr_flow_clear(&f);
     switches();
+    beyond_range();
     first_changes();
     shallow_changes();
     refused();
