@@ -79,8 +79,7 @@ bool precise_leaps(const struct precise_sides *q, int e, num_dd was)
     return fabs(now) > q->doubt[e] && fabs(num_dd_sub(q->argument[e], was).hi) > 0.5 * fabs(now);
 }
 
-/* What is in doubt by the sides before or by those that hold now. */
-static void doubt_both(struct precise_march *m, const struct expansion *near)
+void precise_doubt_both(struct precise_march *m, const struct expansion *near)
 {
     struct precise_sides *q = &m->sides;
     SGA_FREED double *before = memcpy(sga_malloc(((size_t)q->count + 1) * sizeof *before), q->doubt, (size_t)q->count * sizeof *before);
@@ -89,23 +88,29 @@ static void doubt_both(struct precise_march *m, const struct expansion *near)
         q->doubt[e] = fmax(q->doubt[e], before[e]);
 }
 
-bool precise_carry(struct precise_march *m, const struct expansion *near)
+int precise_turn_leapt(struct precise_march *m)
 {
     struct precise_sides *q = &m->sides;
-    SGA_FREED num_dd *was = sga_malloc(((size_t)q->count + 1) * sizeof *was);
-    for (int round = 0; round <= 2 * q->count + 2; round++) {
-        int turned = 0;
+    int turned = 0;
+    SGA_FREED num_dd *was = memcpy(sga_malloc(((size_t)q->count + 1) * sizeof *was), q->argument, (size_t)q->count * sizeof *was);
+    precise_note_arguments(m);
+    for (int e = 0; e < q->count; e++)
+        if (precise_leaps(q, e, was[e]) && q->side[e] * q->argument[e].hi < 0) {
+            q->side[e] = (signed char)-q->side[e];
+            turned++;
+        }
+    if (turned)
         precise_hold(m);
+    return turned;
+}
+
+bool precise_carry(struct precise_march *m, const struct expansion *near)
+{
+    precise_hold(m);
+    for (int round = 0; round <= precise_rounds(m); round++) {
         bool landed = precise_land(m);
-        doubt_both(m, near);
-        memcpy(was, q->argument, (size_t)q->count * sizeof *was);
-        precise_note_arguments(m);
-        for (int e = 0; e < q->count; e++)
-            if (precise_leaps(q, e, was[e]) && q->side[e] * q->argument[e].hi < 0) {
-                q->side[e] = (signed char)-q->side[e];
-                turned++;
-            }
-        if (!turned)
+        precise_doubt_both(m, near);
+        if (!precise_turn_leapt(m))
             return landed;
     }
     m->why = ODE_NOT_SMOOTH;

@@ -114,6 +114,9 @@ bool precise_land(struct precise_march *m);
 /* Arguments of switches at here; and whether that of e jumped from `was` to what was noted last, off its surface (m->sides.doubt). */
 void precise_note_arguments(struct precise_march *m);
 bool precise_leaps(const struct precise_sides *q, int e, num_dd was);
+/* Arguments are noted at here again; those that jumped to their other sides since turn their switches: how many. After so many rounds they turn each other without end. */
+int precise_turn_leapt(struct precise_march *m);
+static inline int precise_rounds(const struct precise_march *m) { return 2 * m->sides.count + 2; }
 /* precise_knots.c. h, but not beyond the next knot nor almost to it. */
 num_dd precise_within_knots(const struct precise_march *m, num_dd h);
 /* Tables are their polynomials of the first piece. */

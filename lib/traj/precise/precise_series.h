@@ -47,6 +47,8 @@ void precise_flip_pending(struct precise_march *m);
 /* precise_jump.c. Sides were turned at here, whose arguments before were noted, and m->sides.doubt found: here lands, and the switches that turn by that are turned too,
  * and what that turns, as kinks_carry does in double. near: as precise_grains. False: m->why; ODE_NOT_SMOOTH: they turn each other without end. */
 bool precise_carry(struct precise_march *m, const struct expansion *near);
+/* m->sides.doubt: by the sides before, as it is, or by those that hold now. */
+void precise_doubt_both(struct precise_march *m, const struct expansion *near);
 
 /* precise_change.c. w->far is made smaller where arguments ask for it; w->change. */
 void precise_find_changes(struct expansions *w, struct precise_march *m);

@@ -227,7 +227,7 @@ static bool turn_together(struct expansions *w, struct precise_march *m, double 
     SGA_FREED num_dd *was = memcpy(sga_malloc(((size_t)q->count + 1) * sizeof *was), q->argument, (size_t)q->count * sizeof *was);
     SGA_FREED bool *leapt = sga_calloc((size_t)q->count + 1, sizeof *leapt);
     precise_flip_pending(m);
-    if (!(m->p->turn ? precise_turn_to(m) : precise_carry(m, &w->here)))
+    if (!(m->p->turn ? precise_turn_to(m, &w->here) : precise_carry(m, &w->here)))
         return false;
     m->why = ODE_LEFT_DOMAIN;
     for (int e = 0; e < w->count; e++)

@@ -2,6 +2,8 @@
 #include "precise_turn.h"
 
 #include <assert.h>
+#include <float.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,7 +11,7 @@
 #include "flow.h"
 #include "jet.h"
 #include "mem.h"
-#include "precise_march.h"
+#include "precise_series.h"
 #include "switches.h"
 #include "system.h"
 #include "tape.h"
@@ -132,16 +134,26 @@ static void put_in(struct precise_march *m)
         }
 }
 
-bool precise_turn_to(struct precise_march *m)
+bool precise_turn_to(struct precise_march *m, const struct expansion *near)
 {
     struct precise_turn *w = m->p->turn;
     struct flow *f = m->p->flow;
     double moved, residual;
-    memcpy(m->xd, w->at, (size_t)m->n * sizeof *m->xd);
-    m->why = ODE_CONSTRAINT_LOST;
-    if (f->manifold.c && !flow_jump(f, m->here.t.hi, m->xd))
-        return false;
-    m->why = ODE_NOT_SMOOTH;
+    int rounds = 0;
+    do {        /* what jumps turns others, as precise_carry has it */
+        memcpy(m->xd, w->at, (size_t)m->n * sizeof *m->xd);
+        m->why = ODE_CONSTRAINT_LOST;
+        if (f->manifold.c && !flow_jump(f, m->here.t.hi, m->xd))
+            return false;
+        for (int j = 0; j < m->n; j++)
+            m->here.x[j] = num_dd_of(m->xd[j]);
+        m->why = ODE_NOT_SMOOTH;
+        if (rounds++ > precise_rounds(m))
+            return false;
+        precise_doubt_both(m, near);
+        for (int e = 0; e < m->sides.count; e++)      /* here has the digits of double now */
+            m->sides.doubt[e] = fmax(m->sides.doubt[e], m->sides.rounding[e] * (DBL_EPSILON / NUM_DD_EPSILON));
+    } while (precise_turn_leapt(m));
     if (!variation_turned(f, m->here.t.hi, w->at, w->before, m->sides.pending, m->xd))
         return false;
     m->why = ODE_LEFT_DOMAIN;
