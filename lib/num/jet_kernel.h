@@ -224,7 +224,7 @@ static void step(struct STRUCT *j, int at, int k)
     case JET_NEG:        w[k] = R_NEG(a[k]); break;
     case JET_MUL:        w[k] = k == 0 ? R_PRODUCT(a[0], b[0]) : product(p, c, a, b, k); break;
     case JET_SQUARE:     w[k] = k == 0 ? R_PRODUCT(a[0], a[0]) : square(a, k); break;
-    case JET_DIV:        w[k] = k == 0 ? R_QUOTIENT(a[0], b[0]) : R_UNDERFLOWS(quotient(p, c, a, b, w, k), b[0], R_DOUBLE(a[0])); break;
+    case JET_DIV:        w[k] = k == 0 ? R_QUOTIENT(a[0], b[0]) : R_UNDERFLOWS(quotient(p, c, a, b, w, k), b[0], R_DOUBLE(a[k])); break;
     case JET_INVERSE:    w[k] = k == 0 ? R_QUOTIENT(R_OF(1), a[0]) : R_UNDERFLOWS(R_DIV(R_NEG(R_DOT(a + 1, w, k)), a[0]), a[0], 1.0); break;
     case JET_AFFINE: {
         R v = c->sign < 0 ? R_NEG(a[k]) : a[k];

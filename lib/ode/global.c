@@ -416,8 +416,7 @@ static bool is_vague(const struct ode_run *run, const struct ode_result *res)
 static bool is_lost(const struct ode_run *run, const struct ode_result *res)
 {
     enum ode_reason r = res->end.reason;
-    double way = fabs(res->end.t - run->start->t);
-    return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && way > 0 && res->end.error > ODE_LOST * way;
+    return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && ode_time_is_lost(res->end.error, res->end.t - run->start->t);
 }
 
 /* Tighter solutions, until errors are as small as was asked for, and ends are known. */

@@ -13,6 +13,7 @@
 #ifndef SGA_ODE_H
 #define SGA_ODE_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -55,8 +56,12 @@ bool ode_reason_placed(enum ode_reason r);
  * both: their difference says less than that of samples, and may be small by chance. Measured against closed forms: tests/ends_check.py. */
 double ode_end_error(double apart, double rtol, double way);
 
-/* Of the way to an end: its time is so uncertain that errors may be all that ends solutions. */
-#define ODE_LOST 0.3
+/* A time that is known to `error` after so long a way is so uncertain that errors may be all that ends solutions there. */
+static inline bool ode_time_is_lost(double error, double way)
+{
+    static const double LOST = 0.3;
+    return way != 0 && error > LOST * fabs(way);
+}
 
 /* What counts as an event of a function. */
 struct ode_event {

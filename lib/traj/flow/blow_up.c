@@ -2,7 +2,6 @@
 #include "blow_up.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "ode.h"
@@ -41,7 +40,5 @@ void blow_up_confirm(const struct ode_problem *p, const struct ode_start *start,
     ode_result_free(&s);
     if (!(passes && !cut) && !((passes || ends) && later > fmax(APART * r->ended_error, AT_LEAST * fabs(way))))
         return;
-    r->ended_reason = ode_reason_text(ODE_TOLERANCE);
-    r->ended_error = 0;
-    snprintf(r->ended_detail, sizeof r->ended_detail, "%s", ode_by_errors);
+    traj_end_by_errors(r);
 }

@@ -112,11 +112,8 @@ static void say_end(struct jump_pass *p, const struct jump_pass *loose, double r
     double e = p->end_error + (both ? fabs(r->ended_t - loose->r.ended_t) : INFINITY);
     double of_t = isfinite(e) ? (limit ? e : ode_end_error(e, rtol, r->ended_t - start)) + 4 * jump_epsilon(r) * fabs(r->ended_t) : 0;
     r->ended_error = limit || worst <= 1 ? of_t : 0;
-    if (!limit && r->ended && r->ended_event < 0 && r->ended_t != start && of_t > ODE_LOST * fabs(r->ended_t - start)) {      /* as in lib/ode/global.c */
-        r->ended_reason = ode_reason_text(ODE_TOLERANCE);
-        r->ended_error = 0;
-        snprintf(r->ended_detail, sizeof r->ended_detail, "%s", ode_by_errors);
-    }
+    if (!limit && r->ended && r->ended_event < 0 && strcmp(r->ended_reason, ode_reason_text(ODE_CONSTRAINT_LOST)) != 0 && ode_time_is_lost(of_t, r->ended_t - start))
+        traj_end_by_errors(r);      /* as in lib/ode/global.c */
     if (!limit)
         return;
     size_t end = strlen(r->ended_detail);

@@ -1,8 +1,10 @@
 /* What a motion is asked for, whether it is one of pieces; its result: what holds of it whatever was asked for, and its release. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "ode.h"
 #include "trajectory.h"
 
 bool traj_in_pieces(const struct traj_request *rq)
@@ -86,4 +88,11 @@ void traj_result_clear(struct traj_result *r)
         free(r->happened_digits[i]);
     free(r->happened_digits);
     *r = (struct traj_result){ 0 };
+}
+
+void traj_end_by_errors(struct traj_result *r)
+{
+    r->ended_reason = ode_reason_text(ODE_TOLERANCE);
+    r->ended_error = 0;
+    snprintf(r->ended_detail, sizeof r->ended_detail, "%s", ode_by_errors);
 }

@@ -277,6 +277,8 @@ bool traj_run(const struct sys_system *system, const struct sga_solution *soluti
 void traj_result_clear(struct traj_result *result);
 /* Whether and where it ends, and why, becomes what it is for another; not its event. */
 void traj_take_end(struct traj_result *result, const struct traj_result *from);
+/* It is what errors have grown to that ends it: reason "tolerance", at a time that is not known. */
+void traj_end_by_errors(struct traj_result *result);
 /* Invariants of a result for this request (linear cost). */
 bool traj_result_sane(const struct traj_request *request, const struct traj_result *result);
 
