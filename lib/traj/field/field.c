@@ -138,6 +138,8 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
     ok = f->direct != NULL;
     if (ok)
         f->general = general_tape(f, inputs, err);
+    if (ok && f->valueds)
+        ok = (f->values = num_tape_new(sys->store, f->valued, f->valueds, inputs, n + 1, err)) != NULL;
     if (ok && f->general)
         f->con = num_tape_new_switched(sys->store, field_switches(f), con, c, inputs, n + 1, err);
     if (f->con)
@@ -184,6 +186,7 @@ void field_clear(struct field *f)
     free((expr_id *)f->constraint);
     num_jacobian_free(f->jac);
     num_tape_free(f->con);
+    num_tape_free(f->values);
     num_tape_free(f->direct);
     num_tape_free(f->general);
     num_jacobian_free(f->alpha_slope);

@@ -53,7 +53,7 @@ double field_left_for(double *a, int rows, int n, int rank)
 }
 
 /* The same at the place in f->in. Equations' rows count as they are, each by its largest entry; constraints by `size` (c), which is that entry at the first
- * place: their gradients may vanish. Not a number where there is no value. */
+ * place: their gradients may vanish. NULL: these by their largest entries too. Not a number where there is no value. */
 static double left_at(struct field *f, double *size, bool first)
 {
     int n = f->n, rows = f->rows + f->c, at = 0;
@@ -78,14 +78,16 @@ static double left_at(struct field *f, double *size, bool first)
                 }
             if (first)
                 size[i] = big > 0 ? big : 1;
-            for (int j = 0; j < n; j++)
-                row[j] /= size[i];
+            for (int j = 0; j < n && big > 0; j++)
+                row[j] /= size ? size[i] : big;
         }
         left = field_left_for(a, rows, n, f->generic_rank);
     }
     free(a);
     return left;
 }
+
+double field_left_here(struct field *f) { return left_at(f, NULL, false); }
 
 /* The same where the pivot, between the begin of the way and its part `high`, is this part of `far`, which it is at the begin with the sign of
  * `side`; not a number where no such place is found. */

@@ -268,10 +268,10 @@ bool field_inside(struct field *f, double t, const double *x)
             f->pole_side[q] = p > 0 ? 1 : p < 0 ? -1 : 0;
         if (!(p * f->pole_side[q] < 0))
             continue;
-        if (f->lost_pole == q || field_pole_at_change(f, q, t, x)) {
-            f->lost_pole = q;
+        enum field_pole pole = f->lost_pole == q ? FIELD_POLE : field_pole_at_change(f, q, t, x);
+        f->lost_pole = pole == FIELD_POLE ? q : f->lost_pole;
+        if (pole)
             return false;
-        }
         f->pole_side[q] = -f->pole_side[q];
         field_load(f, t, x);
         num_tape_eval(f->direct, f->in, f->direct_out);

@@ -4,7 +4,10 @@
  * so it does where the field grows slowly enough for the solution to stay continuous by itself (1/cbrt(t)).
  *
  * Which of these holds is asked of points near the place, off the motion: there x/t may look bounded because x
- * tends to 0 on every solution, but not on the ones beside it. */
+ * tends to 0 on every solution, but not on the ones beside it.
+ *
+ * What variables are defined as (reduction.h) is no part of the field, and the motion has none where that has no value: at zeros of its denominators and
+ * of arguments of logarithms, under abs and roots too (1/abs(x), log(sqrt(x^2 + y^2))), as far as these come with a sign, it ends where a value grows beyond all bounds. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,13 +22,15 @@
 #include "tape.h"
 #include "watch.h"
 
-enum { ASKED = 3, DISTANCES = 3, NEWTON = 12 };
+enum { ASKED = 3, DISTANCES = 3, NEWTON = 12, NEARER = 60 };
 static const double NEAR = 4e-2;                                /* of the same: where a zero is sought from a place beside it */
 static const double BESIDE = 1e-2;                              /* of the variables' sizes */
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
 static const double GROWN = 10;         /* times what the variables were at the start */
 static const double LEAST_FALL = 1e-3;  /* of the denominator, where a step is brought back to the constraints */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
+static const double LAST = 1e-3, SHORTER = 0.95, AS = 0.7;      /* of the denominator, and in one turn; the rank's last part falls as this power of it, or faster */
+static const double STAYS = 0.5, SEEN = 1e-9;   /* of a value's change from one distance to the next: it has no limit then; changes that are no roundings */
 static const double SLOWEST = 1.5, FASTEST = 20, SAME_RATIO = 0.3;       /* of what grows, from a distance to half of it; powers from -2/3 to -4, and logarithms beside them */
 
 /* By expression: whether it is in the list already. */
@@ -55,6 +60,46 @@ static void add_factors(struct field *f, expr_id denominator, struct known *know
     poly_factors_clear(&q);
 }
 
+/* Of what is defined: the zeros of |u| and of roots of u are those of u, which has a sign on each side. */
+static void add_signed(struct field *f, expr_id e, struct known *known, struct field_list *l)
+{
+    const struct expr_store *st = f->sys->store;
+    struct field_list factors = { 0 };
+    struct known here = { 0 };
+    add_factors(f, e, &here, &factors);
+    for (int i = 0; i < factors.count; i++) {
+        enum expr_op op = expr_op_of(st, factors.e[i]);
+        if (op == EXPR_ABS || op == EXPR_SQRT || op == EXPR_CBRT || op == EXPR_POW)
+            add_signed(f, st->node[factors.e[i]].a, known, l);
+        else
+            add(known, factors.e[i], l);
+    }
+    free(factors.e);
+    free(here.in);
+}
+
+/* Where what variables are defined as may have no value. */
+static void find_defined(struct field *f, struct known *known, struct field_list *l)
+{
+    struct expr_store *st = f->sys->store;
+    struct field_list at = { 0 };
+    struct known met = { 0 };
+    struct expr_cone cone;
+    expr_cone_init(&cone);
+    expr_cone_of(st, &cone, f->valued, f->valueds);
+    for (int i = 0; i < cone.count; i++) {
+        enum expr_op op = expr_op_of(st, cone.list[i]);
+        expr_id d = op == EXPR_LOG ? st->node[cone.list[i]].a : op == EXPR_TAN ? expr_fun(st, EXPR_COS, st->node[cone.list[i]].a) : expr_divisor(st, cone.list[i]);
+        if (d && !expr_is_const(st, d))
+            add(&met, d, &at);
+    }
+    expr_cone_clear(&cone);
+    for (int i = 0; i < at.count; i++)
+        add_signed(f, at.e[i], known, l);
+    free(at.e);
+    free(met.in);
+}
+
 void field_find_poles(struct field *f, struct field_list *l)
 {
     const struct sys_system *sys = f->sys;
@@ -77,6 +122,8 @@ void field_find_poles(struct field *f, struct field_list *l)
         add(&known, l->e[i], &watched);
     for (int i = 0; i < divisors.count; i++)
         add_factors(f, divisors.e[i], &known, l);
+    if (f->valueds)
+        find_defined(f, &known, l);
     free(watched.e);
     free(divisors.e);
     free(known.in);
@@ -88,6 +135,7 @@ struct asked {
     struct field *f;
     int q;
     double *z, *unit, *g, *at, *v[DISTANCES];
+    bool told;           /* some question had an answer: there were points to ask at */
 };
 
 /* The denominator at in + step * unit * g, projected on the constraints where v is asked for too. */
@@ -173,6 +221,49 @@ static bool find_zero(struct asked *a)
     return found;
 }
 
+/* Does the rank of the equations, without the denominators that all terms of one have, drop with the denominator? s = y/x with y' = s has a field without
+ * poles, as s x = y has, and what s is at x = 0 neither says. From z, beside the place, on the constraints: they need have no point where the denominator is 0. */
+static bool loses_rank(struct asked *a)
+{
+    struct field *f = a->f;
+    double slope, d = 0, before, first_d = 0, first = 0;
+    bool ok = field_rank_tells(f) && onto_constraints(a) && look(a, 0, &d, NULL);
+    if (ok) {
+        first_d = fabs(d);
+        first = field_left_here(f);
+    }
+    for (int turn = 0; turn < NEARER && ok && fabs(d) > LAST * first_d; turn++) {
+        before = d;
+        ok = gradient(a, &slope);
+        for (int j = 0; j <= f->n && ok; j++)
+            a->z[j] -= 0.5 * d / slope * a->unit[j] * a->g[j];
+        ok = ok && onto_constraints(a) && look(a, 0, &d, NULL) && fabs(d) < SHORTER * fabs(before);
+    }
+    ok = ok && fabs(d) <= LAST * first_d;
+    a->told |= ok;
+    return ok && field_left_here(f) < first * pow(fabs(d) / first_d, AS);
+}
+
+/* Does a value of what is defined have no limit towards z from this side? w: three times as many. */
+static bool has_no_limit(struct asked *a, double side, double *w)
+{
+    struct field *f = a->f;
+    int count = f->valueds;
+    double d;
+    bool none = false;
+    for (int k = 0; k < DISTANCES; k++) {
+        if (!look(a, side * distance[k], &d, a->v[0]))
+            return false;
+        memcpy(f->in, a->at, (size_t)(f->n + 1) * sizeof *f->in);
+        num_tape_eval(f->values, f->in, w + k * count);
+    }
+    for (int i = 0; i < count && !none; i++) {
+        double first = fabs(w[count + i] - w[i]), second = fabs(w[2 * count + i] - w[count + i]);
+        none = second > STAYS * first && second > SEEN * fabs(w[2 * count + i]);
+    }
+    return none;
+}
+
 /* How far two values of the field are apart, in units. */
 static double apart(const struct asked *a, const double *v, const double *w)
 {
@@ -211,6 +302,7 @@ static bool grows(struct asked *a, double side)
     for (int k = 0; k < DISTANCES; k++)
         if (!look(a, side * distance[k], &d, a->v[k]))
             return false;
+    a->told = true;
     double first = apart(a, a->v[1], a->v[0]), second = apart(a, a->v[2], a->v[1]);
     return second > GROWTH * first && (second > 0.5 * apart(a, a->v[2], NULL) || steady(a, side));
 }
@@ -242,11 +334,20 @@ static bool near_place(const struct asked *a, const double *y, double t)
     return sum <= NEAR * NEAR * (n + 1);
 }
 
-bool field_pole_at_change(struct field *f, int q, double t, const double *x)
+/* Of the way from where the motion is to x, in units. */
+static double longest(const struct asked *a, const double *x)
+{
+    double most = 0;
+    for (int j = 0; j < a->f->n; j++)
+        most = fmax(most, fabs(x[j] - a->f->home[j]) / a->unit[j]);
+    return most;
+}
+
+enum field_pole field_pole_at_change(struct field *f, int q, double t, const double *x)
 {
     size_t n = (size_t)f->n + 1;
-    double *room = sga_calloc((5 + DISTANCES) * n, sizeof *room), *y = room;
-    struct asked a = { f, q, room + n, room + 2 * n, room + 3 * n, room + 4 * n, { room + 5 * n, room + 6 * n, room + 7 * n } };
+    double *room = sga_calloc((6 + DISTANCES) * n + DISTANCES * (size_t)f->valueds, sizeof *room), *y = room, *beside = room + (5 + DISTANCES) * n, *w = beside + n;
+    struct asked a = { f, q, room + n, room + 2 * n, room + 3 * n, room + 4 * n, { room + 5 * n, room + 6 * n, room + 7 * n }, false };
     double at = field_place_of_change(f, f->pivots + q, f->pole_side[q], t, x, 0.1 * BESIDE, y);
     unsigned random = SGA_SEED_POLE;
     int votes = 0;
@@ -257,8 +358,13 @@ bool field_pole_at_change(struct field *f, int q, double t, const double *x)
             a.z[j] = y[j] + BESIDE * a.unit[j] * ((double)(random >> 16 & 0x7fff) / 0x4000 - 1);
         }
         a.z[f->n] = at;
-        votes += find_zero(&a) && near_place(&a, y, at) && (grows(&a, 1) || grows(&a, -1));
+        memcpy(beside, a.z, n * sizeof *beside);
+        bool ends = find_zero(&a) && near_place(&a, y, at)
+                    && (grows(&a, 1) || grows(&a, -1) || (f->values && (has_no_limit(&a, 1, w) || has_no_limit(&a, -1, w))));
+        memcpy(a.z, beside, n * sizeof *beside);
+        votes += ends || loses_rank(&a);
     }
+    bool far = !a.told && longest(&a, x) > BESIDE;
     free(room);
-    return 2 * votes > ASKED;
+    return far ? FIELD_POLE_UNKNOWN : 2 * votes > ASKED ? FIELD_POLE : FIELD_NO_POLE;
 }

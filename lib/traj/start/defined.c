@@ -114,16 +114,26 @@ static expr_id *put_list(const struct defined *d, const expr_id *from, int count
     return to;
 }
 
+/* Whether e divides by what may be 0, or is such a function. */
+static bool divides(const struct expr_store *st, struct expr_facts *facts, expr_id e)
+{
+    expr_id divisor = expr_divisor(st, e);
+    return expr_op_of(st, e) == EXPR_TAN || (divisor && !(expr_facts_of(facts, st, divisor) & EXPR_NONZERO));
+}
+
 /* Whether e has no value in places that a motion may come to. */
 static bool has_domain(const struct expr_store *st, expr_id e)
 {
     struct expr_cone cone;
+    struct expr_facts facts;
     bool has = false;
     expr_cone_init(&cone);
+    expr_facts_init(&facts);
     expr_cone_of(st, &cone, &e, 1);
     for (int k = 0; k < cone.count && !has; k++)
-        has = expr_op_traits(expr_op_of(st, cone.list[k])) & EXPR_HAS_END;
+        has = expr_op_traits(expr_op_of(st, cone.list[k])) & EXPR_HAS_END || divides(st, &facts, cone.list[k]);
     expr_cone_clear(&cone);
+    expr_facts_clear(&facts);
     return has;
 }
 
