@@ -16,7 +16,8 @@ from tally import Tally, build_folder, scaled, seed
 
 
 class FourBar:
-    def __init__(self, rng):
+    def __init__(self, rng, units):
+        self.units = [rng.choice([1, 1e-3, 1e3, 1e-2, 100]) for _ in range(3)] if units else [1, 1, 1]
         while True:
             a, b, c = round(rng.uniform(0.5, 1.2), 2), round(rng.uniform(1.5, 3), 2), round(rng.uniform(1.2, 2.5), 2)
             folds = rng.random() < 0.5
@@ -33,11 +34,13 @@ class FourBar:
 
     def request(self, rate):
         a, b, c, d = self.lengths
-        closure = f"({a}*cos(A) + {b}*cos(B) - {d} - {c}*cos(C))", f"({a}*sin(A) + {b}*sin(B) - {c}*sin(C))"
+        A, B, C = (f"{u}*{v}" if u != 1 else v for u, v in zip(self.units, "ABC"))
+        closure = f"({a}*cos({A}) + {b}*cos({B}) - {d} - {c}*cos({C}))", f"({a}*sin({A}) + {b}*sin({B}) - {c}*sin({C}))"
+        u, v, w = self.units
         equations = [f"({p})*{closure[0]} + ({q})*{closure[1]} = 0" for p, q in (self.rows[:2], self.rows[2:])]
         times = [1, 1 + 0.5 * self.sense] + [round(self.place + self.sense * v, 2) for v in (0.3, 0.7, 1.1)]
-        return {"system": {"form": "equations", "variables": ["A", "B", "C"], "equations": ([] if rate else ["A' = 1"]) + equations}, "want": ["trajectory"], "limits": {"seconds": 60},
-                "trajectory": {"start": 1, "times": times, "initial": {"A": 1, "B": self.B, "C": self.C}, "hold": ["A"], **({"gauge": {"rates": {"A": "1"}}} if rate else {})}}
+        return {"system": {"form": "equations", "variables": ["A", "B", "C"], "equations": ([] if rate else [f"A' = 1/{u}"]) + equations}, "want": ["trajectory"], "limits": {"seconds": 60},
+                "trajectory": {"start": 1, "times": times, "initial": {"A": 1 / u, "B": self.B / v, "C": self.C / w}, "hold": ["A"], **({"gauge": {"rates": {"A": f"1/{u}"}}} if rate else {})}}
 
     def exact(self, A, B, C):
         """The position at A nearest to B, C."""
@@ -60,10 +63,11 @@ def check(tally, solver, label, bar, rate, accuracy):
         return 0, 0
     held = 0
     for row, told in zip(t["rows"], t["errors"]):
-        v = [mp.mpf(getattr(x, "text", str(x))) for x in row]
+        u = [1] + [mp.mpf(str(k)) for k in bar.units]
+        v = [mp.mpf(getattr(x, "text", str(x))) * k for x, k in zip(row, u)]
         B, C = bar.exact(v[0], v[2], v[3])
-        held += max(abs(v[1] - v[0]), abs(v[2] - B), abs(v[3] - C)) <= told
-    side = [bar.follows([float(x) for x in row]) for row in t["rows"]]
+        held += max(abs(v[1] - v[0]) / u[1], abs(v[2] - B) / u[2], abs(v[3] - C) / u[3]) <= told
+    side = [bar.follows([float(x) * k for x, k in zip(row, [1] + bar.units)]) for row in t["rows"]]
     tally.check(side[0] * side[1] > 0 > side[0] * side[2] and side[2] * side[3] > 0, f"{label}: its own curve, which leaves the line on the other side", (side, bar.request(rate)))
     return held, len(t["rows"])
 
@@ -72,7 +76,7 @@ def main():
     mp.mp.dps = 40
     tally, solver, rng, held, rows, asked = Tally("change-over points"), Solver(build_folder()), random.Random(seed(20261126)), 0, 0, 0
     for n in range(max(8, scaled(24))):       # fewer say nothing of how often errors hold
-        bar = FourBar(rng)
+        bar = FourBar(rng, n % 2)
         for rate in (False, True):
             for accuracy in ({"rtol": rng.choice([1e-6, 1e-9])}, {"rtol": rng.choice([1e-6, 1e-9]), "method": rng.choice(["taylor", "dop853", "tsit5", "radau"])},
                              {"rtol": 1e-16, "atol": 1e-16, "arithmetic": "double-double"}):

@@ -166,13 +166,16 @@ static bool run_from_start(const struct sys_system *sys, const struct sga_soluti
     return ok;
 }
 
-/* It ended at a singular position: the motion in pieces may pass it. */
+/* It ended at a singular position: the motion in pieces may pass it, in the same arithmetic. */
 static void go_through(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r)
 {
     struct traj_result through;
+    struct traj_request q = *rq;
     struct sga_error ignored = { 0 };
     bool may = r->stratum && !rq->ends_there && !rq->single && !rq->turns && rq->arithmetic != TRAJ_BALL;
-    if (!may || !jumps_run(sys, sol, rq, &through, &ignored))
+    if (may && rq->arithmetic == TRAJ_AUTO && strcmp(r->arithmetic, "double-double") == 0)
+        q.arithmetic = TRAJ_DOUBLE_DOUBLE;
+    if (!may || !jumps_run(sys, sol, &q, &through, &ignored))
         return;
     if (through.passes && !(through.out_of_time && through.rows < r->rows)) {
         struct traj_result ended = *r;

@@ -32,8 +32,8 @@ static const double FAR = 3, NEAR = 0.25;
 static const double FALLS = 0.5;
 /* Iterations have come to an end within this part of the tolerances; what agrees does so within so many of them. */
 static const double SETTLED = 1e-3, STILL = 0.3, AGREES = 1;
-/* Roundings near the place, by the largest values: tolerances below are not looked for. */
-static const double FLOOR = 4e-12, PAST = 1e-14;
+/* Roundings near the place, by the largest values: tolerances below are not looked for, and what is looked for where they leave no way there. */
+static const double FLOOR = 4e-12, PAST = 1e-14, PAST_AGAIN = 1e-12;
 
 /* Nearer to the place than this part of half a step points are not moved onto the constraints, which tell too little of them there. */
 static const double MIDDLE = 0.05;
@@ -88,7 +88,7 @@ static void through(int n, int count, const double *t, const double *x, double a
 struct way {
     struct flow *f;
     const struct traj_request *rq;
-    double *scale, *asked;    /* n: what differs by no more is one; the error allowed */
+    double *scale, *asked, *unit;    /* n: what differs by no more is one; the error allowed; sizes, see take_units */
     double at, half;          /* the place; half a step, with the sign of the motion's direction */
     double before_t[BEFORE], *before;      /* BEFORE x n */
     double *x0;               /* n: the begin of the step */
@@ -131,7 +131,7 @@ static double least_pivot(const struct way *w, double t, const double *x, double
             double big = 0;
             for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
                 if (f->jac->col[k] < n) {
-                    a[i * n + f->jac->col[k]] = f->jac_value[k] * (f->unit ? f->unit[f->jac->col[k]] : 1);
+                    a[i * n + f->jac->col[k]] = f->jac_value[k] * w->unit[f->jac->col[k]];
                     big = fmax(big, fabs(a[i * n + f->jac->col[k]]));
                 }
             if (!(size[i] > 0))
@@ -219,11 +219,16 @@ static bool past_make(struct past *p, const struct way *w, const struct sys_syst
     q.arithmetic = TRAJ_DOUBLE;
     q.exact_start = EXPR_UNDEF;
     q.exact_initial = q.exact_time = NULL;
-    q.rtol = fmax(q.rtol, PAST);        /* of a request in longer numbers */
-    q.atol = fmax(q.atol, PAST);
     q.single = true;
     q.ends_there = true;
-    return traj_run(sys, sol, &q, &p->r, &ignored);
+    bool ok = false;
+    for (int k = 0; k < 2 && (k == 0 || (p->r.rows < p->count && rq->rtol < PAST_AGAIN)); k++) {
+        q.rtol = fmax(rq->rtol, k ? PAST_AGAIN : PAST);         /* of a request in longer numbers */
+        q.atol = fmax(rq->atol, k ? PAST_AGAIN : PAST);
+        traj_result_clear(&p->r);
+        ok = traj_run(sys, sol, &q, &p->r, &ignored);
+    }
+    return ok;
 }
 
 /* What this half step looks at. False: the motion did not come so far. */
@@ -299,7 +304,7 @@ static bool exactly_there(const struct way *w, struct crossing *c)
     z[n] = w->at;
     crossing_at(c, c->from, y, NULL);
     y[n] = c->from;
-    bool ok = crossing_place(w->f, fabs(w->half), y, z) && fabs(z[n] - w->at) <= MIDDLE * fabs(w->half);
+    bool ok = crossing_place(w->f, w->unit, fabs(w->half), y, z) && fabs(z[n] - w->at) <= MIDDLE * fabs(w->half);
     if (ok) {
         crossing_at(c, z[n], x, NULL);
         for (int j = 0; j < n; j++)
@@ -341,6 +346,7 @@ static bool try_step(struct way *w, const struct scheme *fine, const struct sche
     c->t[POINTS + 1] = c->to;
     memcpy(c->x + (size_t)POINTS * (size_t)n, w->x0, (size_t)n * sizeof *c->x);
     memcpy(c->x + (size_t)(POINTS + 1) * (size_t)n, c->end, (size_t)n * sizeof *c->x);
+    c->unit = memcpy(sga_malloc((size_t)(n + 1) * sizeof *c->unit), w->unit, (size_t)n * sizeof *c->unit);
     for (int i = 0; i < BEFORE && ok; i++)      /* the same curve as the motion's */
         if (fabs(w->before_t[i] - w->at) < fabs(w->half)) {
             crossing_at(c, w->before_t[i], end, NULL);
@@ -365,6 +371,44 @@ static bool try_step(struct way *w, const struct scheme *fine, const struct sche
     return ok;
 }
 
+/* Sizes of the variables at the begin of the step that do not depend on the units that they are given in: columns of the constraints' gradients, each row by its
+ * largest entry, are of one size in them, and the way made in half a step is 1 for the variable that moves most. Where constraints do not have a variable it is that way. */
+static bool take_units(struct way *w)
+{
+    enum { SWEEPS = 4 };
+    struct field *f = &w->f->field;
+    int n = f->n, c = f->c;
+    double *v = sga_calloc(2 * (size_t)n + (size_t)c + 1, sizeof *v), *column = v + n, *row = column + n, way = 0, t = w->at - w->half;
+    bool ok = value(w, t, w->x0, v);
+    field_load(f, t, w->x0);
+    ok = ok && num_jacobian_eval(f->jac, f->in, NULL, f->jac_value);
+    for (int j = 0; j < n; j++)
+        w->unit[j] = 1;
+    for (int sweep = 0; sweep < SWEEPS && ok; sweep++) {
+        memset(column, 0, (size_t)n * sizeof *column);
+        for (int i = 0; i < c; i++) {
+            row[i] = 0;
+            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
+                row[i] = f->jac->col[k] < n ? fmax(row[i], fabs(f->jac_value[k]) * w->unit[f->jac->col[k]]) : row[i];
+        }
+        for (int i = 0; i < c; i++)
+            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
+                if (f->jac->col[k] < n && row[i] > 0)
+                    column[f->jac->col[k]] = fmax(column[f->jac->col[k]], fabs(f->jac_value[k]) * w->unit[f->jac->col[k]] / row[i]);
+        for (int j = 0; j < n; j++)
+            w->unit[j] /= column[j] > 0 ? column[j] : 1;
+    }
+    for (int j = 0; j < n && ok; j++)
+        way = column[j] > 0 ? fmax(way, fabs(v[j] * w->half) / w->unit[j]) : way;
+    for (int j = 0; j < n && ok; j++) {
+        double own = w->f->sizes->unit[j];
+        w->unit[j] = column[j] > 0 && way > 0 ? w->unit[j] * way : fmax(own, fabs(v[j] * w->half));
+        ok = w->unit[j] > 0 && isfinite(w->unit[j]);
+    }
+    free(v);
+    return ok;
+}
+
 /* What differs by less is one at this point of the search: the tolerances, by what the variables were before. */
 static void take_scale(struct way *w)
 {
@@ -373,7 +417,7 @@ static void take_scale(struct way *w)
         for (int i = 0; i < BEFORE; i++)
             most = fmax(most, fabs(w->before[i * w->f->n + j]));
         w->asked[j] = sga_allowed((struct sga_tolerance){ w->rq->rtol, w->rq->atol }, w->f->sizes->unit[j], most);
-        w->scale[j] = fmax(w->asked[j], FLOOR * fmax(most, w->f->sizes->unit[j]));
+        w->scale[j] = fmax(w->asked[j], FLOOR * fmax(w->unit[j], fmax(most, w->f->sizes->unit[j])));
     }
 }
 
@@ -388,8 +432,9 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
     struct way w = { .f = sga_calloc(1, sizeof *w.f), .rq = rq, .at = at, .half = FIRST * (at - rq->start) };
     if (fabs(w.half) > fabs(stop - at))
         w.half = stop - at;
-    w.scale = sga_malloc(2 * (n + 1) * sizeof *w.scale);
+    w.scale = sga_malloc(3 * (n + 1) * sizeof *w.scale);
     w.asked = w.scale + n + 1;
+    w.unit = w.asked + n + 1;
     w.before = sga_malloc((BEFORE + 2) * (n + 1) * sizeof *w.before);
     w.x0 = w.before + (size_t)BEFORE * n;
     struct past past = { 0 };
@@ -400,9 +445,11 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
     for (int k = 0; k < LENGTHS && ok && !found && sga_budget_ok(rq->budget, &ignored); k++, w.half *= SHRINK) {
         if (knot_inside(&w) || !look_back(&w, &past))
             continue;
-        take_scale(&w);
         ok = w.f->field.rank >= 0 || field_begin(&w.f->field, w.at - w.half, w.x0, &ignored);
-        found = ok && try_step(&w, &fine, &coarse, c);
+        if (!ok || !take_units(&w))
+            continue;
+        take_scale(&w);
+        found = try_step(&w, &fine, &coarse, c);
     }
     traj_result_clear(&past.r);
     assert(!found || ((c->at - c->from) * (c->to - c->at) > 0 && c->error >= 0));       /* the place lies inside the step */
@@ -437,5 +484,6 @@ void crossing_clear(struct crossing *c)
     free(c->t);
     free(c->x);
     free(c->end);
+    free(c->unit);
     *c = (struct crossing){ 0 };
 }

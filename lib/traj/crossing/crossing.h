@@ -21,6 +21,7 @@ struct crossing {
     double from, to;          /* and the step's ends, the second in the motion's direction from the first */
     double *t, *x;            /* count; count x n: its points, in no order */
     double *end;              /* n: the point at `to`, consistent */
+    double *unit;             /* n: sizes that the constraints and the way made give the variables there, whatever units they are in */
     double error;             /* of it, in units of the tolerances, as two steps differ */
 };
 

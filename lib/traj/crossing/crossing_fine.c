@@ -126,7 +126,7 @@ static double compare(const struct crossing_fine *f, const struct crossing *c, c
         most = fmax(most, apart(f, x, coarse->x + (size_t)i * n));
         crossing_at(c, time_of(f, coarse->formula->c[i]).hi, d, NULL);
         for (size_t j = 0; j < n; j++)
-            *from_double = fmax(*from_double, fabs(x[j].hi - d[j]) / size_of(f, (int)j, d[j]));
+            *from_double = fmax(*from_double, fabs(x[j].hi - d[j]) / fmax(c->unit[j], size_of(f, (int)j, d[j])));
     }
     free(x);
     free(d);
@@ -211,21 +211,21 @@ bool crossing_fine_find(const struct sys_system *sys, const struct sga_solution 
     return found;
 }
 
-void crossing_fine_at(struct crossing_fine *f, double t, num_dd *x, num_dd *y)
+void crossing_fine_at(struct crossing_fine *f, num_dd t, num_dd *x, num_dd *y)
 {
     const struct attempt fine = { f->p.formula, f->z };
     size_t n = (size_t)f->p.n;
     double ignored[2];
-    assert((t - f->from) * (f->to - t) >= 0);
-    through(f, &fine, num_dd_div(num_dd_sub(num_dd_of(t), num_dd_of(f->from)), num_dd_sub(num_dd_of(f->to), num_dd_of(f->from))), x);
-    if (fabs(t - f->at) > MIDDLE * fabs(f->to - f->at)) {
+    assert((t.hi - f->from) * (f->to - t.hi) >= 0);
+    through(f, &fine, num_dd_div(num_dd_sub(t, num_dd_of(f->from)), num_dd_sub(num_dd_of(f->to), num_dd_of(f->from))), x);
+    if (fabs(t.hi - f->at) > MIDDLE * fabs(f->to - f->at)) {
         num_dd *z = memcpy(sga_malloc((n + 1) * sizeof *z), x, n * sizeof *z);
-        if (precise_project(&f->p, num_dd_of(t), z, NULL, NULL, ignored, ignored + 1))
+        if (precise_project(&f->p, t, z, NULL, NULL, ignored, ignored + 1))
             memcpy(x, z, n * sizeof *z);
         free(z);
     }
     for (size_t j = 0; y && f->p.output && j <= n; j++)
-        num_jet2_input(f->p.output, (int)j)[0] = j < n ? x[j] : num_dd_of(t);
+        num_jet2_input(f->p.output, (int)j)[0] = j < n ? x[j] : t;
     if (y && f->p.output)
         num_jet2_next(f->p.output, 0);
     for (int k = 0; y && k < (f->p.output ? f->p.rq->outputs : f->p.n); k++)

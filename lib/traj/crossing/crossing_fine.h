@@ -19,7 +19,7 @@ struct crossing_fine {
  * each length tried. */
 bool crossing_fine_find(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const struct crossing *c, struct crossing_fine *f);
 /* x (n) at a time of the step, consistent but for the place itself; y: the columns of the request, or NULL. */
-void crossing_fine_at(struct crossing_fine *f, double t, num_dd *x, num_dd *y);
+void crossing_fine_at(struct crossing_fine *f, num_dd t, num_dd *x, num_dd *y);
 void crossing_fine_clear(struct crossing_fine *f);
 
 #endif

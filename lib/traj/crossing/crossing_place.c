@@ -160,7 +160,7 @@ static bool best_step(struct place *p, const double *z, const double *u, const d
     return ok;
 }
 
-bool crossing_place(struct flow *f, double time, const double *far, double *z)
+bool crossing_place(struct flow *f, const double *unit, double time, const double *far, double *z)
 {
     struct place p = { .f = f, .n = f->n + 1, .c = f->field.c };
     size_t n = (size_t)p.n, c = (size_t)p.c;
@@ -172,8 +172,7 @@ bool crossing_place(struct flow *f, double time, const double *far, double *z)
     p.noise = p.W + c * c;
     p.xi = p.noise + c;
     p.row = p.xi + c;
-    for (size_t j = 0; j + 1 < n; j++)
-        p.unit[j] = f->field.unit ? f->field.unit[j] : 1;
+    memcpy(p.unit, unit, (n - 1) * sizeof *unit);
     p.unit[n - 1] = time;
     gsl_matrix *a = gsl_matrix_alloc(c + n + 1, c + n);
     gsl_vector *d = gsl_vector_alloc(c + n);

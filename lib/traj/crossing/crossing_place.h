@@ -12,8 +12,8 @@
 
 struct flow;
 
-/* z (n + 1: variables, then time) is near the place, and becomes it. The constraints of f->field are looked at, variables in natural units, time in
+/* z (n + 1: variables, then time) is near the place, and becomes it. The constraints of f->field are looked at, variables in `unit` (n), time in
  * `time`, in combinations whose gradients are orthonormal at `far` (n + 1), where they are independent. False: there is none, to rounding. */
-bool crossing_place(struct flow *f, double time, const double *far, double *z);
+bool crossing_place(struct flow *f, const double *unit, double time, const double *far, double *z);
 
 #endif

@@ -52,34 +52,64 @@ double field_left_for(double *a, int rows, int n, int rank)
     return last;
 }
 
-/* The same at the place in f->in. Equations' rows count as they are, each by its largest entry; constraints by `size` (c), which is that entry at the first
- * place: their gradients may vanish. NULL: these by their largest entries too. Not a number where there is no value. */
+/* The rows at the place in f->in (a: rows + c by n). False: they have no value. */
+static bool rows_at(struct field *f, double *a)
+{
+    int n = f->n, at = 0;
+    if (!field_general_values(f) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
+        return false;
+    for (int i = 0; i < f->rows; i++, at++)
+        for (int k = 0; k < f->sys->row[i].entries; k++, at++)
+            a[i * n + f->sys->row[i].entry[k].col] = f->general_out[at];
+    for (int i = 0; i < f->c; i++)
+        for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
+            if (f->jac->col[k] < n)
+                a[(f->rows + i) * n + f->jac->col[k]] = f->jac_value[k];
+    return true;
+}
+
+static double largest_in_row(const double *a, const double *column, int row, int n)
+{
+    double big = 0;
+    for (int j = 0; j < n; j++)
+        big = sga_larger(big, fabs(a[row * n + j]) * column[j]);
+    return big;
+}
+
+/* Sizes of the columns in which, each row by its largest entry, their largest entries are of one size: units of the variables are nobody's concern. */
+static void balance(const double *a, int rows, int n, double *column)
+{
+    enum { SWEEPS = 3 };
+    SGA_FREED double *big = sga_malloc(((size_t)n + 1) * sizeof *big);
+    for (int j = 0; j < n; j++)
+        column[j] = 1;
+    for (int k = 0; k < SWEEPS; k++) {
+        memset(big, 0, (size_t)n * sizeof *big);
+        for (int i = 0; i < rows; i++) {
+            double row = largest_in_row(a, column, i, n);
+            for (int j = 0; j < n && row > 0; j++)
+                big[j] = sga_larger(big[j], fabs(a[i * n + j]) * column[j] / row);
+        }
+        for (int j = 0; j < n; j++)
+            column[j] /= big[j] > 0 ? big[j] : 1;
+    }
+}
+
+/* What is left at the place in f->in, columns in sizes of the first place. Equations' rows count as they are, each by its largest entry; constraints by what that
+ * entry is at the first place: their gradients may vanish. size: c of these, then n of the columns. NULL: sizes of this place. Not a number where there is no value. */
 static double left_at(struct field *f, double *size, bool first)
 {
-    int n = f->n, rows = f->rows + f->c, at = 0;
-    double *a = sga_calloc((size_t)rows * (size_t)n + 1, sizeof *a), left = NAN;
-    if (field_general_values(f) && num_jacobian_eval(f->jac, f->in, NULL, f->jac_value)) {
-        for (int i = 0; i < f->rows; i++, at++) {
-            const struct sys_row *r = f->sys->row + i;
-            double big = 0;
-            for (int k = 0; k < r->entries; k++, at++) {
-                a[i * n + r->entry[k].col] = f->general_out[at] * (f->unit ? f->unit[r->entry[k].col] : 1);
-                big = sga_larger(big, fabs(a[i * n + r->entry[k].col]));
-            }
+    int n = f->n, rows = f->rows + f->c;
+    double *a = sga_calloc((size_t)rows * (size_t)n + (size_t)n + 1, sizeof *a), *column = size ? size + f->c : a + (size_t)rows * (size_t)n, left = NAN;
+    if (rows_at(f, a)) {
+        if (first || !size)
+            balance(a, rows, n, column);
+        for (int i = 0; i < rows; i++) {
+            double big = largest_in_row(a, column, i, n), *own = size && i >= f->rows ? size + i - f->rows : NULL;
+            if (own && first)
+                *own = big > 0 ? big : 1;
             for (int j = 0; j < n && big > 0; j++)
-                a[i * n + j] /= big;
-        }
-        for (int i = 0; i < f->c; i++) {
-            double *row = a + (size_t)(f->rows + i) * (size_t)n, big = 0;
-            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
-                if (f->jac->col[k] < n) {
-                    row[f->jac->col[k]] = f->jac_value[k] * (f->unit ? f->unit[f->jac->col[k]] : 1);
-                    big = sga_larger(big, fabs(row[f->jac->col[k]]));
-                }
-            if (first)
-                size[i] = big > 0 ? big : 1;
-            for (int j = 0; j < n && big > 0; j++)
-                row[j] /= size ? size[i] : big;
+                a[i * n + j] *= column[j] / (own ? *own : big);
         }
         left = field_left_for(a, rows, n, f->generic_rank);
     }
@@ -113,7 +143,7 @@ bool field_rank_tells(const struct field *f) { return f->c > 0 && f->n <= SGA_MO
 
 bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end)
 {
-    double *size = sga_malloc(((size_t)f->c + 1) * sizeof *size);
+    double *size = sga_malloc(((size_t)f->c + (size_t)f->n + 1) * sizeof *size);
     assert(pivot >= f->sides && pivot < f->pivots);       /* beyond a side it is no rank that falls */
     way->load(f, way, 0);
     double whole = left_at(f, size, true);

@@ -82,7 +82,8 @@ bool given_init(struct given *g, const struct sys_system *sys, const struct sga_
     g->in = sga_malloc((size_t)(n + 1) * sizeof *g->in);
     g->value = sga_malloc((size_t)g->count * sizeof *g->value);
     g->slope = sga_malloc((size_t)(g->jac->nnz + 1) * sizeof *g->slope);
-    g->rounding = sga_calloc((size_t)g->count, sizeof *g->rounding);
+    g->rounding = sga_calloc(2 * (size_t)g->count, sizeof *g->rounding);
+    g->held = g->rounding + g->count;
     return true;
 }
 
@@ -187,10 +188,26 @@ bool given_hold(struct given *g, double t, const double *x, const double *scale)
     num_jacobian_eval(g->jac, g->in, g->value, g->slope);
     for (int k = 0; k < g->count && g->broken < 0; k++)
         if (!holds(g, k, scale))
-            g->broken = g->lost = k;
-    if (g->broken >= 0)
-        g->lost_t = t;
-    return g->broken < 0;
+            g->broken = k;
+        else if (isfinite(g->value[k]))
+            g->held[k] = fabs(g->value[k]);
+    if (g->broken < 0)
+        return true;
+    if (g->broken != g->lost || fabs(g->value[g->broken]) > g->far_value) {
+        g->far_t = t;
+        g->far_value = fabs(g->value[g->broken]);
+    }
+    g->lost = g->broken;
+    g->lost_t = t;
+    g->lost_value = fabs(g->value[g->broken]);
+    return false;
+}
+
+double given_late(const struct given *g, double t)
+{
+    bool nearer = g->lost_value < 0.5 * g->far_value;
+    double here = nearer ? fmax(g->held[g->lost], g->lost_value) : g->held[g->lost], rise = g->far_value - here;
+    return rise > 0 ? here * fabs(g->far_t - t) / rise : 0;
 }
 
 void given_name(const struct given *g, int k, char *text, size_t size)

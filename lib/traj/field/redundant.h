@@ -25,7 +25,9 @@ struct given {
     double *rounding;              /* by equation: values up to this were found to be rounding */
     int broken;                    /* the equation that failed when it was asked last; -1: none did */
     int lost;                      /* the one that failed last of all, and when; -1: none */
-    double lost_t;
+    double lost_t, lost_value;
+    double *held;                  /* by equation: |value| where it held last, which errors that are allowed explained; */
+    double far_t, far_value;       /* and what the one that is lost came to, as far beyond as it was asked for */
 };
 
 /* w: switches that may be held (given_sides), or NULL. */
@@ -38,6 +40,8 @@ void given_clear(struct given *g);
 /* Whether they hold at (t, x), a point on the constraints; scale (by variable): errors that are allowed, and explain as much.
  * Cost: their values and derivatives; a point of the constraints in balls where these leave a doubt. */
 bool given_hold(struct given *g, double t, const double *x, const double *scale);
+/* What was lost grows from 0 by then: by how much the time t, at which it was seen to, is too late at the most. */
+double given_late(const struct given *g, double t);
 /* What the equation is called in the request: "equations[1]". */
 void given_name(const struct given *g, int k, char *text, size_t size);
 

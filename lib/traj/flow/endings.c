@@ -134,6 +134,7 @@ static void say_given(struct flow *f, struct traj_result *r)
     given_name(f->given, f->given->lost, name, sizeof name);
     snprintf(r->ended_detail, sizeof r->ended_detail, "beyond this time the motion would not satisfy %s, which was found to follow from the other equations "
              "where the motion began: give trajectory.initial beyond to see what they say there", name);
+    r->ended_error += r->ended_error > 0 ? given_late(f->given, r->ended_t) : 0;
 }
 
 /* Whether the motion was refused beyond its end because of a given equation. */

@@ -51,6 +51,8 @@ static void look_at_system(struct jump *j)
     for (int i = 0; i < j->sys->rows; i++)
         for (int k = 0; k < j->sys->row[i].entries; k++)
             j->moving[j->sys->row[i].entry[k].col] = 1;
+    for (int k = 0; k < j->rq->rates; k++)
+        j->moving[j->rq->rate[k].variable] = 1;
     expr_cone_init(&cone);
     for (int i = 0; i < j->sol->constraints; i++)
         mark(j, &cone, j->sol->constraint[i].expr, j->bound);

@@ -13,7 +13,7 @@ struct jump {
     struct num_tape *tape;        /* of variables, time; roots: what events set, in their order, then the events' functions */
     double *in, *out;
     int *variable;                /* by symbol of the store: its place, or -1 */
-    unsigned char *moving;        /* n: some equation differentiates it */
+    unsigned char *moving;        /* n: some equation differentiates it, or its rate is given */
     unsigned char *bound;         /* n: it is in some constraint */
     unsigned char *position;      /* n: its derivative is another variable */
     struct jump_slope *slope;     /* where the motion is differentiated, or NULL */

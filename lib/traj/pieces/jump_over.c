@@ -6,8 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ball.h"
 #include "crossing_fine.h"
 #include "jump_exact.h"
+#include "jump_fine.h"
 #include "jump_set.h"
 #include "mem.h"
 #include "system.h"
@@ -24,6 +26,18 @@ static void add_passed(struct traj_result *r, const struct traj_result *piece, d
     snprintf(r->passed[r->passes++].detail, room, "%.*s: %s", length, piece->ended_detail, beyond);
 }
 
+/* Sample i of the request. */
+static num_dd time_of(const struct sys_system *sys, const struct traj_request *rq, int i)
+{
+    enum { BITS = 160 };
+    arb_t a;
+    arb_init(a);
+    num_ball_constant(sys->store, rq->exact_time ? rq->exact_time[i] : EXPR_UNDEF, rq->times[i], BITS, a);
+    num_dd t = jump_fine_ball(a);
+    arb_clear(a);
+    return t;
+}
+
 /* The same in double-double. */
 static bool over_exactly(struct jump_pass *p, struct jump_piece *q, const struct jump *j, const struct traj_request *rq, const struct traj_result *piece, const struct crossing *c, double *t)
 {
@@ -38,7 +52,7 @@ static bool over_exactly(struct jump_pass *p, struct jump_piece *q, const struct
     p->over_fine += f.error;
     jump_cut(p, f.from, direction);
     for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - f.to) <= 0; i++, r->rows++) {
-        crossing_fine_at(&f, rq->times[i], x, y);
+        crossing_fine_at(&f, time_of(j->sys, rq, i), x, y);
         r->t[i] = rq->times[i];
         for (size_t k = 0; k < columns; k++) {
             r->value[(size_t)i * columns + k] = y[k].hi;
@@ -46,10 +60,10 @@ static bool over_exactly(struct jump_pass *p, struct jump_piece *q, const struct
             p->each[(size_t)i * columns + k] = jump_over_error(p, q, piece, y[k].hi, (int)k);
         }
     }
-    crossing_fine_at(&f, f.to, x, NULL);
+    crossing_fine_at(&f, num_dd_of(f.to), x, NULL);
     for (size_t k = 0; k < n; k++) {
         q->x[k] = x[k].hi;
-        given[k] = j->moving[k] || !j->bound[k];
+        given[k] = 1;
     }
     jump_exact_place(q, j->sys->store, f.to, given, x);
     memset(q->all_side, ODE_SIDE_FRESH, (size_t)rq->events);

@@ -152,6 +152,29 @@ static enum later later_pass(struct jump_pass *p, struct jump_pass *loose, const
     return ok ? COMPARED : FAILED;
 }
 
+/* Roundings ended the tighter motion before a singular position that the one before has passed. */
+static bool falls_short(const struct jump_pass *p, const struct jump_pass *loose, const struct traj_request *rq)
+{
+    return p->r.ended && !jump_time_ended(&p->r) && loose->r.passes > p->r.passes && (!loose->r.ended || jump_direction(rq) * (loose->r.ended_t - p->r.ended_t) > 0);
+}
+
+/* The first is the motion then, compared with one that is looser yet. */
+static bool take_looser(struct jump_pass *p, struct jump_pass *loose, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq)
+{
+    struct jump_pass other;
+    struct sga_error ignored = { 0 };
+    if (!jump_pass_run(&other, sys, sol, rq, 1 / TIGHTER, 0, &ignored))
+        return false;
+    if (other.r.passes < loose->r.passes) {
+        jump_pass_clear(&other);
+        return false;
+    }
+    jump_pass_clear(p);
+    *p = *loose;
+    *loose = other;
+    return true;
+}
+
 /* The first, within its part of the time. *late: that ended, and the samples of *part are those that there are; what it is compared with has the rest. */
 static bool first_pass(struct jump_pass *loose, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_request *part, bool *late,
                        struct sga_error *err)
@@ -199,7 +222,6 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
         return false;
     for (int k = 1;; k++) {
         tighter *= TIGHTER;
-        before = worst;
         enum later how = later_pass(&p, &loose, sys, sol, &part, tighter, err);
         if (how == FAILED)
             return false;
@@ -208,10 +230,18 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
             break;
         if (late && (!p.r.ended || jump_time_ended(&p.r)))
             jump_end_at_rows(&p, rq, p.r.ended ? p.r.ended_detail : loose.r.ended_detail);
+        before = worst;
+        bool back = !late && falls_short(&p, &loose, rq);
+        if (back && k > 1) {      /* that has been compared */
+            jump_pass_clear(&p);
+            p = loose;
+            break;
+        }
+        back = back && take_looser(&p, &loose, sys, sol, &part);
         worst = compare(&p, &loose, rq);
         say_end(&p, &loose, rq->rtol / tighter, rq->start, worst);
         jump_pass_clear(&loose);
-        if (worst <= 1 || late || k + 1 >= (p.fine ? FINE_PASSES : MOST_PASSES) || (isfinite(before) && worst > 0.5 * before))
+        if (worst <= 1 || late || back || k + 1 >= (p.fine ? FINE_PASSES : MOST_PASSES) || (isfinite(before) && worst > 0.5 * before))
             break;
         loose = p;
     }
