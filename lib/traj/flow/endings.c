@@ -213,6 +213,18 @@ static bool say_rounded(struct flow *f, struct traj_result *r)
     return r->rounded;
 }
 
+/* The solution has not grown by far where derivatives do. */
+static bool stays_small(const struct flow *f, const struct traj_result *r)
+{
+    static const double FAR = 1e3;
+    double first = 1, last = 0;
+    for (int j = 0; j < f->n; j++) {
+        first = fmax(first, fabs(r->initial[j]));
+        last = fmax(last, fabs(f->field.home[j]));
+    }
+    return last <= FAR * first;
+}
+
 /* Endings that the field, its pivots, its denominators or the given equations explain. */
 static void explain(struct flow *f, const struct traj_request *rq, enum ode_reason reason, struct traj_result *r)
 {
@@ -246,6 +258,8 @@ static void explain(struct flow *f, const struct traj_request *rq, enum ode_reas
             say_border(f, rq, true, r);
     }
     else if (reason == ODE_BLOW_UP) {
+        if (f->field.lost_pole < 0 && stays_small(f, r) && say_border(f, rq, true, r))      /* s = log(x) is x' = .. up to the edge, as s' = log(x) is */
+            return;
         if (f->field.lost_pole >= 0)
             say_pole(f, true, "is 0 here", r);
         if (!endings_far(f, rq, r))

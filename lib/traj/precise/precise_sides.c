@@ -241,6 +241,29 @@ static bool turn_together(struct expansions *w, struct precise_march *m, double 
     return true;
 }
 
+/* Here lies off the surface of e by what steps may be off it: beyond, what is nearly 0 there may count (the constraint v = 1000 |x|, whose v is allowed far less where it is 0). By the
+ * series at here it comes onto it. */
+static void close_in(const struct expansions *w, struct precise_march *m, int e)
+{
+    enum { TERMS = 3 };
+    static const double NEAR = 1e-8;           /* of the scale: three terms have all digits */
+    const num_dd *g = precise_argument(w, &w->here, e);
+    double slope = g[1].hi;
+    num_dd s = num_dd_neg(num_dd_mul_d(g[0], 1 / slope));
+    bool ok = slope != 0 && fabs(s.hi) <= NEAR && fabs(s.hi) > 0;
+    for (int k = 1; k <= TERMS && ok; k++)
+        for (int j = 0; j < m->n && ok; j++)
+            ok = isfinite(w->here.series[(size_t)k * (size_t)m->n + (size_t)j].hi);
+    for (int j = 0; j < m->n && ok; j++) {
+        num_dd sum = num_dd_of(0);
+        for (int k = TERMS; k > 0; k--)
+            sum = num_dd_mul(num_dd_add(sum, w->here.series[(size_t)k * (size_t)m->n + (size_t)j]), s);
+        m->here.x[j] = num_dd_add(m->here.x[j], sum);
+    }
+    if (ok)
+        m->here.t = num_dd_add(m->here.t, num_dd_mul_d(s, w->here.scale));
+}
+
 static bool turn(struct expansions *w, struct precise_march *m, double size)
 {
     struct precise_sides *q = &m->sides;
@@ -256,6 +279,7 @@ static bool turn(struct expansions *w, struct precise_march *m, double size)
             first = e;
     }
     assert(first >= 0);       /* who asks for a turn says of what */
+    close_in(w, m, first);
     SGA_FREED signed char *side = memcpy(sga_malloc((size_t)q->count + 1), q->side, (size_t)q->count);
     SGA_FREED num_dd *x = memcpy(sga_malloc(((size_t)m->n + 1) * sizeof *x), m->here.x, (size_t)m->n * sizeof *x);
     ok = turn_together(w, m, size, &slides);
