@@ -68,7 +68,7 @@ struct sga_rate {
 struct sga_pivot {
     int col;               /* -1: a factor in parameters only, dropped from a constraint */
     expr_id value;         /* assumed not zero */
-    int generation;        /* in which elimination it was chosen (0: the rows of A) */
+    int generation;        /* in which elimination it was chosen: 1 that of the rows of A, g that which leaves constraints of generation g, and one more for the field */
     int source;            /* as in struct sga_constraint; -1 where col is */
 };
 

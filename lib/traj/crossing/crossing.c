@@ -372,13 +372,15 @@ static bool try_step(struct way *w, const struct scheme *fine, const struct sche
 }
 
 /* Sizes of the variables at the begin of the step that do not depend on the units that they are given in: columns of the constraints' gradients, each row by its
- * largest entry, are of one size in them, and the way made in half a step is 1 for the variable that moves most. Where constraints do not have a variable it is that way. */
+ * largest entry, are of one size in them, and the way made in half a step is 1 for the variable that moves most (where none of those moves, the largest is 1).
+ * A variable that the constraints do not have there to more than roundings has the size of its way. */
 static bool take_units(struct way *w)
 {
     enum { SWEEPS = 4 };
+    static const double ROUNDING = 1e-13, RESTS = 1e-3;
     struct field *f = &w->f->field;
     int n = f->n, c = f->c;
-    double *v = sga_calloc(2 * (size_t)n + (size_t)c + 1, sizeof *v), *column = v + n, *row = column + n, way = 0, t = w->at - w->half;
+    double *v = sga_calloc(2 * (size_t)n + (size_t)c + 1, sizeof *v), *column = v + n, *row = column + n, way = 0, place = 0, t = w->at - w->half;
     bool ok = value(w, t, w->x0, v);
     field_load(f, t, w->x0);
     ok = ok && num_jacobian_eval(f->jac, f->in, NULL, f->jac_value);
@@ -392,14 +394,22 @@ static bool take_units(struct way *w)
                 row[i] = f->jac->col[k] < n ? fmax(row[i], fabs(f->jac_value[k]) * w->unit[f->jac->col[k]]) : row[i];
         }
         for (int i = 0; i < c; i++)
-            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
-                if (f->jac->col[k] < n && row[i] > 0)
-                    column[f->jac->col[k]] = fmax(column[f->jac->col[k]], fabs(f->jac_value[k]) * w->unit[f->jac->col[k]] / row[i]);
+            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++) {
+                int j = f->jac->col[k];
+                double part = j < n && row[i] > 0 ? fabs(f->jac_value[k]) * w->unit[j] / row[i] : 0;
+                if (sweep == 0 && part < ROUNDING)
+                    f->jac_value[k] = 0;
+                else if (j < n)
+                    column[j] = fmax(column[j], part);
+            }
         for (int j = 0; j < n; j++)
             w->unit[j] /= column[j] > 0 ? column[j] : 1;
     }
-    for (int j = 0; j < n && ok; j++)
+    for (int j = 0; j < n && ok; j++) {
         way = column[j] > 0 ? fmax(way, fabs(v[j] * w->half) / w->unit[j]) : way;
+        place = column[j] > 0 ? fmax(place, fabs(w->x0[j]) / w->unit[j]) : place;
+    }
+    way = way > RESTS * place ? way : place;
     for (int j = 0; j < n && ok; j++) {
         double own = w->f->sizes->unit[j];
         w->unit[j] = column[j] > 0 && way > 0 ? w->unit[j] * way : fmax(own, fabs(v[j] * w->half));

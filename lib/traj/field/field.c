@@ -33,7 +33,7 @@ int *field_inputs(const struct sys_system *sys)
 /* Constraints have come behind it, and may carry it. */
 static bool is_deep(const struct sga_solution *sol, int pivot)
 {
-    return sol->pivot[pivot].generation < sol->generations;
+    return sol->pivot[pivot].generation <= sol->generations;
 }
 
 /* What is watched: sides, pivots of the reduction, determinants, pivots of the gauge choice. */

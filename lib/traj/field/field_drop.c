@@ -80,6 +80,7 @@ static double largest_in_row(const double *a, const double *column, int row, int
 static void balance(const double *a, int rows, int n, double *column)
 {
     enum { SWEEPS = 3 };
+    static const double ROUNDING = 1e-13;      /* of the row's largest: no size of the column's own */
     SGA_FREED double *big = sga_malloc(((size_t)n + 1) * sizeof *big);
     for (int j = 0; j < n; j++)
         column[j] = 1;
@@ -87,8 +88,10 @@ static void balance(const double *a, int rows, int n, double *column)
         memset(big, 0, (size_t)n * sizeof *big);
         for (int i = 0; i < rows; i++) {
             double row = largest_in_row(a, column, i, n);
-            for (int j = 0; j < n && row > 0; j++)
-                big[j] = sga_larger(big[j], fabs(a[i * n + j]) * column[j] / row);
+            for (int j = 0; j < n && row > 0; j++) {
+                double part = fabs(a[i * n + j]) * column[j] / row;
+                big[j] = part > ROUNDING ? sga_larger(big[j], part) : big[j];
+            }
         }
         for (int j = 0; j < n; j++)
             column[j] /= big[j] > 0 ? big[j] : 1;

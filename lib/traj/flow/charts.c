@@ -283,7 +283,7 @@ bool charts_solve_at_start(const struct sys_system *sys, const struct sga_soluti
     struct sga_error ignored = { 0 };
     bool deep = false;
     for (int q = 0; q < first->pivots; q++)
-        deep |= first->pivot[q].generation < first->generations && !expr_is_const(sys->store, first->pivot[q].value);
+        deep |= first->pivot[q].generation <= first->generations && !expr_is_const(sys->store, first->pivot[q].value);
     if (!deep)
         return false;
     struct reduction_options options = { .near = rq->initial, .near_given = rq->given, .near_time = rq->start, .near_pivots = true, .seed = SGA_SEED_CHART,

@@ -260,8 +260,12 @@ static void close_in(const struct expansions *w, struct precise_march *m, int e)
             sum = num_dd_mul(num_dd_add(sum, w->here.series[(size_t)k * (size_t)m->n + (size_t)j]), s);
         m->here.x[j] = num_dd_add(m->here.x[j], sum);
     }
-    if (ok)
-        m->here.t = num_dd_add(m->here.t, num_dd_mul_d(s, w->here.scale));
+    if (!ok)
+        return;
+    m->here.t = num_dd_add(m->here.t, num_dd_mul_d(s, w->here.scale));
+    for (int j = 0; j < m->n; j++)
+        m->xd[j] = m->here.x[j].hi;
+    field_keep_sides(&m->p->flow->field, m->here.t.hi, m->xd);
 }
 
 static bool turn(struct expansions *w, struct precise_march *m, double size)
