@@ -22,16 +22,16 @@
 #include "write.h"
 
 /* The reduction follows the branch, and takes the regular functions, that lie nearest to where
- * the request starts: with other starts they would be others. */
-static bool one_for_all(struct job *j, const struct sga_solution *s)
+ * the request starts: with other starts they would be others, and each set is analysed by itself. Forms that are prepared for one analysis cannot be. */
+static bool one_for_all(struct job *j, const struct sga_solution *s, bool *each)
 {
-    bool several = s->branches > 0;
+    *each = s->branches > 0;
     for (int i = 0; i < s->constraints; i++)
-        several |= s->constraint[i].chosen || s->constraint[i].near_point;
+        *each |= s->constraint[i].chosen || s->constraint[i].near_point;
     for (int i = 0; i < j->strata.count; i++)
-        several |= !strcmp(j->strata.at[i].kind, "branch");
-    return !several || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/sweep", "the constraints have branches, so that starts "
-                                   "need analyses of their own; send one request for each");
+        *each |= !strcmp(j->strata.at[i].kind, "branch");
+    return !*each || !(j->primary || j->mechanical || j->op)
+           || sga_fail_at(j->err, SGA_E_NOT_SUPPORTED, "/sweep", "the constraints have branches, so that starts need analyses of their own, for which this form is not prepared; send one request for each");
 }
 
 /* What a member of the result begins with, where parameters are swept. */
@@ -61,9 +61,9 @@ void sweep_write_error(const struct job *j, const struct request_sweep *m, struc
     sga_json_end_object(w);
 }
 
-/* The trajectory of a set of parameters: from the general analysis where that holds, otherwise from one of the system at
+/* The trajectory of a set: from the general analysis where that holds, otherwise (or `each`) from one of the system at
  * these values. *analysis: from which. single: of sweep_case_single. */
-static bool at_parameters(struct job *j, const struct sga_solution *s, const struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m,
+static bool at_parameters(struct job *j, const struct sga_solution *s, const struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, bool each,
                           const unsigned char *single, const char **analysis, struct sga_error *err)
 {
     struct sweep_case c;
@@ -71,7 +71,7 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     const struct sga_solution *of = &c.solution;
     int set = (int)(m - j->request->sweep);
     bool ok = sweep_case_make(&c, j, s, r, m, err);
-    const struct traj_request *q = ok && c.solved ? modes.set(modes.of, set, &c.system, &c.solution, &c.request, &general) : NULL;
+    const struct traj_request *q = ok && c.solved && !each ? modes.set(modes.of, set, &c.system, &c.solution, &c.request, &general) : NULL;
     bool found = q && traj_run(&c.system, &c.solution, q, j->trajectory, &general);
     *analysis = "shared";
     if (found && !sweep_case_holds(&c, j->trajectory->initial, single)) {
@@ -81,7 +81,7 @@ static bool at_parameters(struct job *j, const struct sga_solution *s, const str
     if (ok && !found && job_goes_on(j)) {
         *analysis = "own";
         of = &c.own;
-        q = sweep_case_solve(&c, j, r->initial, err) ? modes.set(modes.of, set, &c.system, &c.own, &c.request, err) : NULL;
+        q = sweep_case_solve(&c, j, r, err) ? modes.set(modes.of, set, &c.system, &c.own, &c.request, err) : NULL;
         found = q && traj_run(&c.system, &c.own, q, j->trajectory, err);
     }
     if (found) {
@@ -107,8 +107,8 @@ static bool from_start(struct job *j, const struct sga_solution *s, const struct
 }
 
 /* One member. False: the job ends. */
-static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct sweep_left *left,
-                struct sga_json *w)
+static bool one(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, bool each, const unsigned char *single,
+                struct sweep_left *left, struct sga_json *w)
 {
     struct request_trajectory *t = &j->request->trajectory;
     struct request_initial *keep = t->initial;
@@ -128,7 +128,7 @@ static bool one(struct job *j, const struct sga_solution *s, struct traj_request
     r->exact_initial = exact_before ? exact : NULL;
     r->initial = initial;
     r->given = given;
-    bool found = j->request->swept_count ? at_parameters(j, s, r, modes, m, single, &analysis, &err) : from_start(j, s, r, modes, m, &err);
+    bool found = each || j->request->swept_count ? at_parameters(j, s, r, modes, m, each, single, &analysis, &err) : from_start(j, s, r, modes, m, &err);
     bool ok = job_goes_on(j);
     t->initial = m->initial;
     t->initials = m->initials;
@@ -172,18 +172,18 @@ static bool late(struct job *j, const struct request_sweep *m, struct sga_error 
 }
 
 /* A member within the time that members have. */
-static bool in_time(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, const unsigned char *single, struct sweep_left *left,
-                    struct sga_json *w)
+static bool in_time(struct job *j, const struct sga_solution *s, struct traj_request *r, struct sweep_modes modes, const struct request_sweep *m, bool each, const unsigned char *single,
+                    struct sweep_left *left, struct sga_json *w)
 {
     double deadline = j->budget->deadline;
     size_t before = w->out->len;
     if (!(r->rows_until > 0))
-        return one(j, s, r, modes, m, single, left, w);
+        return one(j, s, r, modes, m, each, single, left, w);
     struct sga_error why = { 0 };
     if (sga_now() >= r->rows_until)
         return late(j, m, &why, left, w);
     j->budget->deadline = r->rows_until + ENDING_PART * (deadline - r->rows_until);
-    bool ok = one(j, s, r, modes, m, single, left, w);
+    bool ok = one(j, s, r, modes, m, each, single, left, w);
     j->budget->deadline = deadline;
     if (ok || j->err->code != SGA_E_LIMIT_SECONDS || w->out->len != before || !left->found)
         return ok;
@@ -198,6 +198,7 @@ struct sweep {
     const struct sga_solution *solution;
     struct traj_request request;
     struct sweep_modes modes;
+    bool each;                               /* each set has an analysis of its own */
     const unsigned char *single;
 };
 
@@ -207,7 +208,7 @@ static char *make_set(void *of, int set, struct sweep_left *left)
     struct sga_buf out = { 0 };
     struct sga_json w;
     sga_json_begin(&w, &out);
-    if (in_time(s->j, s->solution, &s->request, s->modes, s->j->request->sweep + set, s->single, left, &w))
+    if (in_time(s->j, s->solution, &s->request, s->modes, s->j->request->sweep + set, s->each, s->single, left, &w))
         return sga_buf_take(&out);
     sga_buf_free(&out);
     return NULL;
@@ -216,13 +217,14 @@ static char *make_set(void *of, int set, struct sweep_left *left)
 bool answer_sweep(struct job *j, const struct sga_solution *s, const struct traj_request *request, struct sweep_modes modes)
 {
     assert(j->request->sweeps > 0 && !j->trajectory);
-    if (!one_for_all(j, s))
+    bool each;
+    if (!one_for_all(j, s, &each))
         return false;
     stage_begin(j->clock, STAGE_TRAJECTORY);
     struct sweep_left left = { 0 };
     struct traj_result result;               /* of one after the other */
     SGA_FREED unsigned char *single = j->request->swept_count ? sweep_case_single(&j->request->store, s) : NULL;
-    struct sweep sweep = { j, s, *request, modes, single };
+    struct sweep sweep = { j, s, *request, modes, each, single };
     sweep.request.programs = num_jet_programs_new();
     j->trajectory = &result;
     j->sweep = sweep_all(j, j->request->sweeps, modes.keeps, (struct sweep_maker){ &sweep, make_set }, &left);

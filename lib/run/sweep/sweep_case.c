@@ -452,12 +452,12 @@ bool sweep_case_holds(struct sweep_case *c, const double *x, const unsigned char
     return ok;
 }
 
-bool sweep_case_solve(struct sweep_case *c, struct job *j, const double *near, struct sga_error *err)
+bool sweep_case_solve(struct sweep_case *c, struct job *j, const struct traj_request *start, struct sga_error *err)
 {
     if (j->primary || j->mechanical || j->op)
         return sga_fail(err, SGA_E_NOT_SUPPORTED, "at these parameters the analysis for general ones does not hold, and this form is "
                         "prepared for general ones; send these values as a request of their own");
-    struct reduction_options options = { .near = near, .near_time = c->request.start, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION,
+    struct reduction_options options = { .near = start->initial, .near_given = start->given, .near_time = c->request.start, .parameter_near = j->start.parameter, .seed = SGA_SEED_REDUCTION,
                                    .budget = j->budget, .gauge_fields = true, .gauge_nodes = answer_gauge_nodes(j) };
     assert(c->system.parameters <= j->request->system.parameters);
     if (j->start.parameter)       /* those of the tables come last */

@@ -43,7 +43,7 @@ void sweep_case_clear(struct sweep_case *c);
 bool sweep_case_holds(struct sweep_case *c, const double *x, const unsigned char *single);
 /* By constraint of the general solution: it has no parameters and is no product, so that it need not be looked at for each set. Malloced. */
 unsigned char *sweep_case_single(struct expr_store *st, const struct sga_solution *s);
-/* The reduction of the system at these parameters, into c->own. False with err. */
-bool sweep_case_solve(struct sweep_case *c, struct job *j, const double *near, struct sga_error *err);
+/* The reduction of the system at these parameters, near this start, into c->own. False with err. */
+bool sweep_case_solve(struct sweep_case *c, struct job *j, const struct traj_request *start, struct sga_error *err);
 
 #endif

@@ -14,6 +14,7 @@
 #include "mem.h"
 #include "ode.h"
 #include "points_space.h"
+#include "pole_named.h"
 #include "reduction.h"
 #include "stages.h"
 #include "system.h"
@@ -187,6 +188,7 @@ void field_clear(struct field *f)
     num_jacobian_free(f->jac);
     num_tape_free(f->con);
     num_tape_free(f->values);
+    pole_named_free(f->named);
     num_tape_free(f->direct);
     num_tape_free(f->general);
     num_jacobian_free(f->alpha_slope);

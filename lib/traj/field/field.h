@@ -50,6 +50,7 @@ struct field {
     int border; double border_t;      /* the last end of a domain that was refused inside a step: its root, or -1, and when */
     const expr_id *valued; int valueds;       /* what the motion's variables define has values too (traj_request); borrowed */
     struct num_tape *values;                  /* the same, with nothing held; NULL: none */
+    struct pole_named *named; bool named_asked;       /* pole.c: made where they are asked for first; NULL: none */
     double *along; unsigned char *along_free;      /* their values at the end of the last step looked at, and rates (then work), */
     double along_t, along_h;          /* when that is, and how long that step was; not a number: of none */
     double along_calm;                /* for so long no step needs a look, */
@@ -212,15 +213,13 @@ struct field_way {
 bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end);
 /* What is left for the last of `rank` of the rows (a: rows x n), by complete pivoting; they are used up. Cost: rank rows n. */
 double field_left_for(double *a, int rows, int n, int rank);
-/* Of all rows at the place in f->in, each by its largest entry, for the last of the generic rank. */
-double field_left_here(struct field *f);
 /* Whether these can tell: there are constraints, no rates, and not too many rows. */
 bool field_rank_tells(const struct field *f);
 
 /* pole.c. Adds the denominators of the equations that are not among the list, by factors. Cost: the nodes of the equations. */
 void field_find_poles(struct field *f, struct field_list *l);
 /* Denominator q changed its sign between the last point inside and (t, x): does the field grow like its
- * inverse (or nearly) towards its zeros near there, or what variables are defined as beyond all bounds, or does the rank of the equations drop? Then the solution is not
+ * inverse (or nearly) towards its zeros near there, or what variables are defined as beyond all bounds? Then the solution is not
  * continued. Unknown: no points could be found from so far away. */
 enum field_pole { FIELD_NO_POLE, FIELD_POLE, FIELD_POLE_UNKNOWN };
 enum field_pole field_pole_at_change(struct field *f, int q, double t, const double *x);

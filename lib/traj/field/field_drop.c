@@ -99,16 +99,16 @@ static void balance(const double *a, int rows, int n, double *column)
 }
 
 /* What is left at the place in f->in, columns in sizes of the first place. Equations' rows count as they are, each by its largest entry; constraints by what that
- * entry is at the first place: their gradients may vanish. size: c of these, then n of the columns. NULL: sizes of this place. Not a number where there is no value. */
+ * entry is at the first place: their gradients may vanish. size: c of these, then n of the columns. Not a number where there is no value. */
 static double left_at(struct field *f, double *size, bool first)
 {
     int n = f->n, rows = f->rows + f->c;
-    double *a = sga_calloc((size_t)rows * (size_t)n + (size_t)n + 1, sizeof *a), *column = size ? size + f->c : a + (size_t)rows * (size_t)n, left = NAN;
+    double *a = sga_calloc((size_t)rows * (size_t)n + 1, sizeof *a), *column = size + f->c, left = NAN;
     if (rows_at(f, a)) {
-        if (first || !size)
+        if (first)
             balance(a, rows, n, column);
         for (int i = 0; i < rows; i++) {
-            double big = largest_in_row(a, column, i, n), *own = size && i >= f->rows ? size + i - f->rows : NULL;
+            double big = largest_in_row(a, column, i, n), *own = i >= f->rows ? size + i - f->rows : NULL;
             if (own && first)
                 *own = big > 0 ? big : 1;
             for (int j = 0; j < n && big > 0; j++)
@@ -119,8 +119,6 @@ static double left_at(struct field *f, double *size, bool first)
     free(a);
     return left;
 }
-
-double field_left_here(struct field *f) { return left_at(f, NULL, false); }
 
 /* The same where the pivot, between the begin of the way and its part `high`, is this part of `far`, which it is at the begin with the sign of
  * `side`; not a number where no such place is found. */

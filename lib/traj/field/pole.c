@@ -16,20 +16,20 @@
 #include "field.h"
 #include "manifold.h"
 #include "mem.h"
+#include "pole_named.h"
 #include "poly.h"
 #include "seeds.h"
 #include "system.h"
 #include "tape.h"
 #include "watch.h"
 
-enum { ASKED = 3, DISTANCES = 3, NEWTON = 12, NEARER = 60 };
+enum { ASKED = 3, DISTANCES = 3, NEWTON = 12, DOUBLINGS = 4 };
 static const double NEAR = 4e-2;                                /* of the same: where a zero is sought from a place beside it */
 static const double BESIDE = 1e-2;                              /* of the variables' sizes */
 static const double distance[DISTANCES] = { 1e-3, 1e-5, 1e-7 };  /* in the same units */
 static const double GROWN = 10;         /* times what the variables were at the start */
 static const double LEAST_FALL = 1e-3;  /* of the denominator, where a step is brought back to the constraints */
 static const double GROWTH = 20;       /* from one distance to the next: beyond |d|^(-2/3) */
-static const double LAST = 1e-3, SHORTER = 0.95, AS = 0.7;      /* of the denominator, and in one turn; the rank's last part falls as this power of it, or faster */
 static const double STAYS = 0.5, SEEN = 1e-9;   /* of a value's change from one distance to the next: it has no limit then; changes that are no roundings */
 static const double SLOWEST = 1.5, FASTEST = 20, SAME_RATIO = 0.3;       /* of what grows, from a distance to half of it; powers from -2/3 to -4, and logarithms beside them */
 
@@ -133,6 +133,7 @@ void field_find_poles(struct field *f, struct field_list *l)
 /* One question: a point z (variables, time), units, the gradient in these units, values of the field. */
 struct asked {
     struct field *f;
+    struct manifold *on;           /* the constraints, or what is left of them (pole_named.h) */
     int q;
     double *z, *unit, *g, *at, *v[DISTANCES];
     bool told;           /* some question had an answer: there were points to ask at */
@@ -144,12 +145,12 @@ static bool look(struct asked *a, double step, double *d, double *v)
     struct field *f = a->f;
     for (int j = 0; j <= f->n; j++)
         a->at[j] = a->z[j] + step * a->unit[j] * a->g[j];
-    if (v && f->manifold->c && !manifold_project(f->manifold, a->at[f->n], a->at, NULL, NULL, 8, NULL, NULL, NULL))
+    if (v && a->on->c && !manifold_project(a->on, a->at[f->n], a->at, NULL, NULL, 8, NULL, NULL, NULL))
         return false;
     memcpy(f->in, a->at, (size_t)(f->n + 1) * sizeof *f->in);
     num_tape_eval(f->direct, f->in, f->direct_out);
     *d = f->direct_out[f->n + f->pivots + a->q];
-    return isfinite(*d) && (!v || field_value(f, v));
+    return isfinite(*d) && (!v || a->on != f->manifold || field_value(f, v));
 }
 
 /* g: the gradient at z, of length 1. False: it has none. */
@@ -175,7 +176,7 @@ static bool gradient(struct asked *a, double *slope)
 /* z onto the constraints. */
 static bool onto_constraints(struct asked *a)
 {
-    struct manifold *m = a->f->manifold;
+    struct manifold *m = a->on;
     return !m->c || manifold_project(m, a->z[a->f->n], a->z, a->unit, NULL, 8, NULL, NULL, NULL);
 }
 
@@ -209,7 +210,7 @@ static bool settle(struct asked *a, bool on)
 static bool find_zero(struct asked *a)
 {
     size_t n = (size_t)a->f->n + 1;
-    if (!a->f->manifold->c)
+    if (!a->on->c)
         return settle(a, false);
     double *from = memcpy(sga_calloc(n, sizeof *from), a->z, n * sizeof *from);
     bool found = settle(a, true);
@@ -221,45 +222,46 @@ static bool find_zero(struct asked *a)
     return found;
 }
 
-/* Does the rank of the equations, without the denominators that all terms of one have, drop with the denominator? s = y/x with y' = s has a field without
- * poles, as s x = y has, and what s is at x = 0 neither says. From z, beside the place, on the constraints: they need have no point where the denominator is 0. */
-static bool loses_rank(struct asked *a)
+/* Values of what is defined, or named, where look was last. */
+static void values_at(struct asked *a, double *w)
 {
     struct field *f = a->f;
-    double slope, d = 0, before, first_d = 0, first = 0;
-    bool ok = field_rank_tells(f) && onto_constraints(a) && look(a, 0, &d, NULL);
-    if (ok) {
-        first_d = fabs(d);
-        first = field_left_here(f);
-    }
-    for (int turn = 0; turn < NEARER && ok && fabs(d) > LAST * first_d; turn++) {
-        before = d;
-        ok = gradient(a, &slope);
-        for (int j = 0; j <= f->n && ok; j++)
-            a->z[j] -= 0.5 * d / slope * a->unit[j] * a->g[j];
-        ok = ok && onto_constraints(a) && look(a, 0, &d, NULL) && fabs(d) < SHORTER * fabs(before);
-    }
-    ok = ok && fabs(d) <= LAST * first_d;
-    a->told |= ok;
-    return ok && field_left_here(f) < first * pow(fabs(d) / first_d, AS);
+    memcpy(f->in, a->at, (size_t)(f->n + 1) * sizeof *f->in);
+    if (a->on == f->manifold)
+        num_tape_eval(f->values, f->in, w);
+    else
+        pole_named_values(f->named, f->in, w);
 }
 
-/* Does a value of what is defined have no limit towards z from this side? w: three times as many. */
-static bool has_no_limit(struct asked *a, double side, double *w)
+/* As steady below, of value i at the least distance and at that doubled, again and again: its changes shrink by one factor, those of a logarithm by 1. */
+static bool steady_value(const double *w, int count, int i)
 {
-    struct field *f = a->f;
-    int count = f->valueds;
+    double before = 0, ratio = 0;
+    bool ok = true;
+    for (int k = 0; k < DOUBLINGS && ok; k++) {
+        const double *v = w + (DISTANCES - 1 + k) * count + i;
+        double change = v[count] - v[0], now = change / before;
+        ratio = k == 1 ? now : ratio;
+        ok = k == 0 || (now > 0 && fabs(now - ratio) < SAME_RATIO * ratio);
+        before = change;
+    }
+    return ok;
+}
+
+/* Does one of these have no limit towards z from this side? w: count at the distances, and at the least one doubled. */
+static bool has_no_limit(struct asked *a, double side, int count, double *w)
+{
     double d;
     bool none = false;
-    for (int k = 0; k < DISTANCES; k++) {
-        if (!look(a, side * distance[k], &d, a->v[0]))
+    for (int k = 0; k < DISTANCES + DOUBLINGS; k++) {
+        double far = k < DISTANCES ? distance[k] : distance[DISTANCES - 1] * (1 << (k - DISTANCES + 1));
+        if (!look(a, side * far, &d, a->v[0]))
             return false;
-        memcpy(f->in, a->at, (size_t)(f->n + 1) * sizeof *f->in);
-        num_tape_eval(f->values, f->in, w + k * count);
+        values_at(a, w + k * count);
     }
     for (int i = 0; i < count && !none; i++) {
         double first = fabs(w[count + i] - w[i]), second = fabs(w[2 * count + i] - w[count + i]);
-        none = second > STAYS * first && second > SEEN * fabs(w[2 * count + i]);
+        none = second > STAYS * first && second > SEEN * fabs(w[2 * count + i]) && steady_value(w, count, i);
     }
     return none;
 }
@@ -277,7 +279,6 @@ static double apart(const struct asked *a, const double *v, const double *w)
  * of it each time. */
 static bool steady(struct asked *a, double side)
 {
-    enum { DOUBLINGS = 4 };
     int n = a->f->n, most = 0;
     const double *far = a->v[1], *near = a->v[2];
     double *v = a->v[0], d, last, ratio = 0;
@@ -343,28 +344,42 @@ static double longest(const struct asked *a, const double *x)
     return most;
 }
 
-enum field_pole field_pole_at_change(struct field *f, int q, double t, const double *x)
+/* On the constraints, by the field and what is defined; or on what is left of them, by what is named. */
+static int vote(struct asked *a, const double *y, double at, double *w)
 {
-    size_t n = (size_t)f->n + 1;
-    double *room = sga_calloc((6 + DISTANCES) * n + DISTANCES * (size_t)f->valueds, sizeof *room), *y = room, *beside = room + (5 + DISTANCES) * n, *w = beside + n;
-    struct asked a = { f, q, room + n, room + 2 * n, room + 3 * n, room + 4 * n, { room + 5 * n, room + 6 * n, room + 7 * n }, false };
-    double at = field_place_of_change(f, f->pivots + q, f->pole_side[q], t, x, 0.1 * BESIDE, y);
+    struct field *f = a->f;
+    bool named = a->on != f->manifold;
+    int votes = 0, count = named ? pole_named_count(f->named) : f->valueds;
     unsigned random = SGA_SEED_POLE;
-    int votes = 0;
-    units(&a, y, at);
     for (int k = 0; k < ASKED; k++) {
         for (int j = 0; j < f->n; j++) {
             random = random * 1103515245u + 12345u;
-            a.z[j] = y[j] + BESIDE * a.unit[j] * ((double)(random >> 16 & 0x7fff) / 0x4000 - 1);
+            a->z[j] = y[j] + BESIDE * a->unit[j] * ((double)(random >> 16 & 0x7fff) / 0x4000 - 1);
         }
-        a.z[f->n] = at;
-        memcpy(beside, a.z, n * sizeof *beside);
-        bool ends = find_zero(&a) && near_place(&a, y, at)
-                    && (grows(&a, 1) || grows(&a, -1) || (f->values && (has_no_limit(&a, 1, w) || has_no_limit(&a, -1, w))));
-        memcpy(a.z, beside, n * sizeof *beside);
-        votes += ends || loses_rank(&a);
+        a->z[f->n] = at;
+        bool there = find_zero(a) && near_place(a, y, at);
+        votes += there && ((!named && (grows(a, 1) || grows(a, -1))) || (count && (has_no_limit(a, 1, count, w) || has_no_limit(a, -1, count, w))));
     }
+    return votes;
+}
+
+enum field_pole field_pole_at_change(struct field *f, int q, double t, const double *x)
+{
+    size_t n = (size_t)f->n + 1;
+    if (!f->named && !f->named_asked && f->c)
+        f->named = pole_named_new(f);
+    f->named_asked = true;
+    int most = f->named && pole_named_count(f->named) > f->valueds ? pole_named_count(f->named) : f->valueds;
+    double *room = sga_calloc((5 + DISTANCES) * n + (DISTANCES + DOUBLINGS) * (size_t)most, sizeof *room), *y = room, *w = room + (5 + DISTANCES) * n;
+    struct asked a = { f, f->manifold, q, room + n, room + 2 * n, room + 3 * n, room + 4 * n, { room + 5 * n, room + 6 * n, room + 7 * n }, false };
+    double at = field_place_of_change(f, f->pivots + q, f->pole_side[q], t, x, 0.1 * BESIDE, y);
+    units(&a, y, at);
+    int votes = vote(&a, y, at, w);
     bool far = !a.told && longest(&a, x) > BESIDE;
+    if (2 * votes <= ASKED && f->named) {
+        a.on = pole_named_rest(f->named);
+        votes = vote(&a, y, at, w);
+    }
     free(room);
-    return far ? FIELD_POLE_UNKNOWN : 2 * votes > ASKED ? FIELD_POLE : FIELD_NO_POLE;
+    return 2 * votes > ASKED ? FIELD_POLE : far ? FIELD_POLE_UNKNOWN : FIELD_NO_POLE;
 }

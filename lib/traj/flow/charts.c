@@ -34,7 +34,7 @@ static const double LOST_SURE = 100, NONE_LEFT = 1e-3;
 
 /* What a chart holds: the members of a flow that its reduction made. */
 struct chart {
-    struct sga_solution solution;      /* empty in the first */
+    struct sga_solution *solution;     /* where it stays: what was set up for it knows it; NULL in the first */
     struct points_oracle oracle;
     struct flow own;                   /* what else was set up for it; empty in the first */
     struct manifold manifold;          /* from here on: while it is not in use */
@@ -320,9 +320,10 @@ static bool make(struct flow *f, struct chart *c, const struct sga_solution *fir
     struct sga_error ignored = { 0 };
     struct reduction_options options = { .near = at_zero, .near_time = zero, .near_pivots = true, .seed = SGA_SEED_CHART, .budget = rq->budget, .gauge_fields = first->free_columns > 0 };
     points_oracle_init(&c->oracle, SGA_SEED_CHART);
-    if (!sga_reduce(f->sys, &options, &c->oracle, &c->solution, &ignored) || !sga_solution_same_kind(first, &c->solution))
+    c->solution = sga_calloc(1, sizeof *c->solution);
+    if (!sga_reduce(f->sys, &options, &c->oracle, c->solution, &ignored) || !sga_solution_same_kind(first, c->solution))
         return false;
-    bool ok = flow_init(&c->own, f->sys, &c->solution, rq, &ignored);
+    bool ok = flow_init(&c->own, f->sys, c->solution, rq, &ignored);
     if (!ok || !same_switches(&f->field.switches, &c->own.field.switches) || c->own.bands != f->bands)
         return false;
     c->own.manifold.unit = f->sizes->weight;
@@ -339,7 +340,9 @@ static void clear_chart(struct chart *c)
 {
     if (c->own.n)
         flow_clear(&c->own);
-    sga_solution_clear(&c->solution);
+    if (c->solution)
+        sga_solution_clear(c->solution);
+    free(c->solution);
     points_oracle_clear(&c->oracle);
     charts_exact_clear(&c->exact);
     free(c->size);
