@@ -378,6 +378,7 @@ enum field_pole field_pole_at_change(struct field *f, int q, double t, const dou
     bool far = !a.told && longest(&a, x) > BESIDE;
     if (2 * votes <= ASKED && f->named) {
         a.on = pole_named_rest(f->named);
+        a.on->unit = f->manifold->unit;
         votes = vote(&a, y, at, w);
     }
     free(room);
