@@ -19,6 +19,7 @@
 #include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
+#include "seeds.h"
 #include "sizes.h"
 #include "start_relations.h"
 #include "warnings.h"
@@ -113,8 +114,30 @@ static bool solve_as_reduced(struct flow *f, const struct sys_system *sys, const
     return true;
 }
 
+/* A place a little beyond the end of a motion. */
+struct beyond { double t, *x; };
+
+/* Where it ended at a side beyond which constraints were not found to hold. */
+static void look_beyond(struct flow *f, const struct traj_result *r, struct beyond *b)
+{
+    static const double AHEAD = 1e-3;         /* of the time passed */
+    struct field *q = &f->field;
+    if (!r->stratum || q->lost_pivot < 0 || q->lost_pivot >= q->sides || q->fell >= 0)
+        return;
+    size_t n = (size_t)f->n;
+    double step = AHEAD * (r->ended_t - q->begin_t);
+    SGA_FREED double *v = sga_malloc((n + 1) * sizeof *v);
+    field_forget_trial(q);
+    if (!field_eval(q, q->home_t, q->home, v))
+        return;
+    b->t = q->home_t + step;
+    b->x = sga_malloc((n + 1) * sizeof *b->x);
+    for (size_t j = 0; j < n; j++)
+        b->x[j] = q->home[j] + step * v[j];
+}
+
 static bool run_as_is(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                      struct traj_result *r, struct sga_error *err)
+                      struct traj_result *r, struct beyond *beyond, struct sga_error *err)
 {
     struct flow f;
     *r = (struct traj_result){ 0 };
@@ -131,6 +154,8 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
             ok = solve_in_charts(&f, sys, sol, rq, r, err) && (solve_as_reduced(&f, sys, sol, rq, r) || sga_budget_ok(rq->budget, err));
         }
     }
+    if (ok && beyond)
+        look_beyond(&f, r, beyond);
     if (ok) {
         if (f.sizes->any)
             r->unit = memcpy(sga_malloc(((size_t)r->columns + 1) * sizeof *r->unit), f.sizes->column, (size_t)r->columns * sizeof *r->unit);
@@ -146,6 +171,40 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
     return ok;
 }
 
+/* What constraints were found to be by one side of a switch, others may say by another: of max(x, 0) max(y, 0) = 0 either does. The motion that the reduction beyond the
+ * end allows is kept where it comes further. */
+static void by_other_sides(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const struct beyond *beyond, struct traj_result *r)
+{
+    struct sga_error ignored = { 0 };
+    struct sga_solution own;
+    struct points_oracle oracle;
+    struct traj_result again;
+    struct reduction_options options = { .near = beyond->x, .near_time = beyond->t, .near_pivots = true, .seed = SGA_SEED_CHART, .budget = rq->budget, .gauge_fields = sol->free_columns > 0 };
+    points_oracle_init(&oracle, SGA_SEED_CHART);
+    bool ok = sga_reduce(sys, &options, &oracle, &own, &ignored);
+    ok = ok && own.verdict == sol->verdict && own.constraints == sol->constraints && own.free_columns == sol->free_columns && !own.specials
+         && run_as_is(sys, &own, rq, &again, NULL, &ignored);
+    if (ok && further(rq, &again, r)) {
+        struct traj_result ended = *r;
+        *r = again;
+        again = ended;
+    }
+    if (ok)
+        traj_result_clear(&again);
+    sga_solution_clear(&own);
+    points_oracle_clear(&oracle);
+}
+
+static bool run_by_sides(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
+{
+    struct beyond beyond = { 0 };
+    bool ok = run_as_is(sys, sol, rq, r, &beyond, err);
+    if (ok && beyond.x)
+        by_other_sides(sys, sol, rq, &beyond, r);
+    free(beyond.x);
+    return ok;
+}
+
 /* The start may lie where a pivot of the reduction is 0 and the rank stays: then that of other pivots is tried. */
 static bool run_from_start(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
                            struct traj_result *r, struct sga_error *err)
@@ -153,11 +212,11 @@ static bool run_from_start(const struct sys_system *sys, const struct sga_soluti
     struct sga_error first = { 0 }, ignored = { 0 };
     struct sga_solution own;
     struct points_oracle oracle;
-    if (run_as_is(sys, sol, rq, r, &first))
+    if (run_by_sides(sys, sol, rq, r, &first))
         return true;
     bool may = first.code == SGA_E_INITIAL || first.code == SGA_E_NO_MOTION, ok = false;
     if (may && charts_solve_at_start(sys, sol, rq, &own, &oracle)) {
-        ok = run_as_is(sys, &own, rq, r, &ignored);
+        ok = run_as_is(sys, &own, rq, r, NULL, &ignored);
         sga_solution_clear(&own);
         points_oracle_clear(&oracle);
     }
@@ -193,7 +252,7 @@ static bool run_once(const struct sys_system *sys, const struct sga_solution *so
         return run_from_start(sys, sol, rq, r, err);
     *r = (struct traj_result){ 0 };
     defined_init(&d, sys, sol, rq);
-    bool ok = defined_start(&d, err) && run_as_is(&d.system, &d.solution, &d.request, r, err);
+    bool ok = defined_start(&d, err) && run_by_sides(&d.system, &d.solution, &d.request, r, err);
     if (ok) {
         r->initial = defined_lift(&d, r->initial);
         r->moved = defined_moved(&d, r->initial, r->moved);
