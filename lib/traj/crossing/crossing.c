@@ -119,30 +119,37 @@ static bool value(const struct way *w, double t, const double *x, double *v)
     return field_eval(f, t, x, v) && f->beyond < 0;
 }
 
-/* The least pivot of the constraints' gradients, each by its largest entry far from the place (size; set where it is 0). */
-static double least_pivot(const struct way *w, double t, const double *x, double *size)
+/* The constraints' gradients at a point, for variables in w->unit, c x n, malloced; NULL: they have no values. */
+static double *gradients(const struct way *w, double t, const double *x)
 {
     struct field *f = &w->f->field;
-    int n = f->n, c = f->c;
-    double *a = sga_calloc((size_t)c * (size_t)n + 1, sizeof *a), last = NAN;
+    size_t n = (size_t)f->n;
     field_load(f, t, x);
-    if (num_jacobian_eval(f->jac, f->in, NULL, f->jac_value)) {
-        for (int i = 0; i < c; i++) {
-            double big = 0;
-            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
-                if (f->jac->col[k] < n) {
-                    a[i * n + f->jac->col[k]] = f->jac_value[k] * w->unit[f->jac->col[k]];
-                    big = fmax(big, fabs(a[i * n + f->jac->col[k]]));
-                }
-            if (!(size[i] > 0))
-                size[i] = big > 0 ? big : 1;
-            for (int j = 0; j < n; j++)
-                a[i * n + j] /= size[i];
-        }
-        last = field_left_for(a, c, n, c);
+    if (!num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
+        return NULL;
+    double *a = sga_calloc((size_t)f->c * n + 1, sizeof *a);
+    for (int i = 0; i < f->c; i++)
+        for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
+            if (f->jac->col[k] < f->n)
+                a[(size_t)i * n + (size_t)f->jac->col[k]] = f->jac_value[k] * w->unit[f->jac->col[k]];
+    return a;
+}
+
+/* Their least pivot, each by its largest entry far from the place (size; set where it is 0). */
+static double least_pivot(const struct way *w, double t, const double *x, double *size)
+{
+    int n = w->f->field.n, c = w->f->field.c;
+    SGA_FREED double *a = gradients(w, t, x);
+    for (int i = 0; i < c && a; i++) {
+        double big = 0;
+        for (int j = 0; j < n; j++)
+            big = fmax(big, fabs(a[i * n + j]));
+        if (!(size[i] > 0))
+            size[i] = big > 0 ? big : 1;
+        for (int j = 0; j < n; j++)
+            a[i * n + j] /= size[i];
     }
-    free(a);
-    return last;
+    return a ? field_left_for(a, c, n, c) : NAN;
 }
 
 /* One step: its points x (count x n) and its end. */
@@ -371,51 +378,32 @@ static bool try_step(struct way *w, const struct scheme *fine, const struct sche
     return ok;
 }
 
-/* Sizes of the variables at the begin of the step that do not depend on the units that they are given in: columns of the constraints' gradients, each row by its
- * largest entry, are of one size in them, and the way made in half a step is 1 for the variable that moves most (where none of those moves, the largest is 1).
- * A variable that the constraints do not have there to more than roundings has the size of its way. */
+/* Sizes of the variables at the begin of the step that do not depend on the units that they are given in: columns of the constraints' gradients are of one
+ * size in them (field_balance), and the way made in half a step is 1 for the variable that moves most (where none of those moves, the largest is 1).
+ * A variable that the constraints do not have there has the size of its way. */
 static bool take_units(struct way *w)
 {
-    enum { SWEEPS = 4 };
-    static const double ROUNDING = 1e-13, RESTS = 1e-3;
-    struct field *f = &w->f->field;
-    int n = f->n, c = f->c;
-    double *v = sga_calloc(2 * (size_t)n + (size_t)c + 1, sizeof *v), *column = v + n, *row = column + n, way = 0, place = 0, t = w->at - w->half;
-    bool ok = value(w, t, w->x0, v);
-    field_load(f, t, w->x0);
-    ok = ok && num_jacobian_eval(f->jac, f->in, NULL, f->jac_value);
+    static const double RESTS = 1e-3;
+    int n = w->f->n;
+    double way = 0, place = 0, t = w->at - w->half;
     for (int j = 0; j < n; j++)
         w->unit[j] = 1;
-    for (int sweep = 0; sweep < SWEEPS && ok; sweep++) {
-        memset(column, 0, (size_t)n * sizeof *column);
-        for (int i = 0; i < c; i++) {
-            row[i] = 0;
-            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
-                row[i] = f->jac->col[k] < n ? fmax(row[i], fabs(f->jac_value[k]) * w->unit[f->jac->col[k]]) : row[i];
-        }
-        for (int i = 0; i < c; i++)
-            for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++) {
-                int j = f->jac->col[k];
-                double part = j < n && row[i] > 0 ? fabs(f->jac_value[k]) * w->unit[j] / row[i] : 0;
-                if (sweep == 0 && part < ROUNDING)
-                    f->jac_value[k] = 0;
-                else if (j < n)
-                    column[j] = fmax(column[j], part);
-            }
-        for (int j = 0; j < n; j++)
-            w->unit[j] /= column[j] > 0 ? column[j] : 1;
-    }
-    for (int j = 0; j < n && ok; j++) {
-        way = column[j] > 0 ? fmax(way, fabs(v[j] * w->half) / w->unit[j]) : way;
-        place = column[j] > 0 ? fmax(place, fabs(w->x0[j]) / w->unit[j]) : place;
+    SGA_FREED double *v = sga_malloc(2 * ((size_t)n + 1) * sizeof *v);
+    double *column = v + n + 1;
+    SGA_FREED double *a = value(w, t, w->x0, v) ? gradients(w, t, w->x0) : NULL;
+    if (!a)
+        return false;
+    field_balance(a, w->f->field.c, n, column);
+    for (int j = 0; j < n; j++) {
+        way = column[j] > 0 ? fmax(way, fabs(v[j] * w->half) / column[j]) : way;
+        place = column[j] > 0 ? fmax(place, fabs(w->x0[j]) / column[j]) : place;
     }
     way = way > RESTS * place ? way : place;
+    bool ok = true;
     for (int j = 0; j < n && ok; j++) {
-        double own = w->f->sizes->unit[j];
-        w->unit[j] = column[j] > 0 && way > 0 ? w->unit[j] * way : fmax(own, fabs(v[j] * w->half));
+        w->unit[j] = column[j] > 0 && way > 0 ? column[j] * way : fmax(w->f->sizes->unit[j], fabs(v[j] * w->half));
         ok = w->unit[j] > 0 && isfinite(w->unit[j]);
     }
-    free(v);
     return ok;
 }
 

@@ -211,6 +211,9 @@ struct field_way {
     void (*load)(struct field *f, const struct field_way *way, double s);     /* f->in is the place at the part s */
 };
 bool field_falls_along(struct field *f, int pivot, const struct field_way *way, double end);
+/* Sizes of the columns of a (rows x n) in which, each row by its largest entry, their largest entries are of one size: units of the variables are nobody's concern.
+ * 0: of one that no row has to more than roundings. Cost: some passes over a. */
+void field_balance(const double *a, int rows, int n, double *column);
 /* What is left for the last of `rank` of the rows (a: rows x n), by complete pivoting; they are used up. Cost: rank rows n. */
 double field_left_for(double *a, int rows, int n, int rank);
 /* Whether these can tell: there are constraints, no rates, and not too many rows. */

@@ -76,15 +76,14 @@ static double largest_in_row(const double *a, const double *column, int row, int
     return big;
 }
 
-/* Sizes of the columns in which, each row by its largest entry, their largest entries are of one size: units of the variables are nobody's concern. */
-static void balance(const double *a, int rows, int n, double *column)
+void field_balance(const double *a, int rows, int n, double *column)
 {
     enum { SWEEPS = 3 };
     static const double ROUNDING = 1e-13;      /* of the row's largest: no size of the column's own */
     SGA_FREED double *big = sga_malloc(((size_t)n + 1) * sizeof *big);
     for (int j = 0; j < n; j++)
         column[j] = 1;
-    for (int k = 0; k < SWEEPS; k++) {
+    for (int k = 0; k <= SWEEPS; k++) {
         memset(big, 0, (size_t)n * sizeof *big);
         for (int i = 0; i < rows; i++) {
             double row = largest_in_row(a, column, i, n);
@@ -94,7 +93,7 @@ static void balance(const double *a, int rows, int n, double *column)
             }
         }
         for (int j = 0; j < n; j++)
-            column[j] /= big[j] > 0 ? big[j] : 1;
+            column[j] = big[j] > 0 ? column[j] / big[j] : k < SWEEPS ? column[j] : 0;
     }
 }
 
@@ -106,7 +105,9 @@ static double left_at(struct field *f, double *size, bool first)
     double *a = sga_calloc((size_t)rows * (size_t)n + 1, sizeof *a), *column = size + f->c, left = NAN;
     if (rows_at(f, a)) {
         if (first)
-            balance(a, rows, n, column);
+            field_balance(a, rows, n, column);
+        for (int j = 0; j < n && first; j++)
+            column[j] = column[j] > 0 ? column[j] : 1;
         for (int i = 0; i < rows; i++) {
             double big = largest_in_row(a, column, i, n), *own = i >= f->rows ? size + i - f->rows : NULL;
             if (own && first)
