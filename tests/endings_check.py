@@ -81,6 +81,24 @@ def same(first, second, rtol):
     return None
 
 
+def in_units(rng):
+    """A fold beside a variable that has grown, or one that grows without bound beside a root: the reason does not depend on the units."""
+    rate, (x, y, z) = rng.choice([2, 4, 6, 8]), [10.0 ** rng.randint(-3, 3) for _ in range(3)]
+    fold = rng.random() < 0.5
+    equations = [f"{x}*x' = 1", f"{y}*y = exp({rate}*{x}*x)" if fold else f"{y}*y*(2 - {x}*x) = 1", f"({z}*z)^2 = {2 if fold else 3} - {x}*x"]
+    return ("stratum" if fold else "blow_up"), {
+        "system": {"form": "equations", "variables": ["x", "y", "z"], "equations": equations}, "want": ["trajectory"], "trajectory": {"stop": 3, "samples": 2, "initial": {"x": 0, "z": 1.4 / z}},
+        "accuracy": rng.choice([{"rtol": 1e-4}, {"rtol": 1e-6}, {"rtol": 1e-8}, {"rtol": 1e-11}, {"method": "radau"}, {"rtol": 1e-8, "method": "dop853"}])}
+
+
+def units(tally, solver, first):
+    for number in range(scaled(20)):
+        reason, request = in_units(random.Random(f"{first} units {number}"))
+        answer, refusal = solver.solve(request)
+        end = answer and answer["trajectory"]["ended"]
+        tally.check(end and end["reason"] == reason and abs(end["t"] - 2) <= 3 * (end["error"] or 0) + 1e-9, f"units {number}: {reason} at 2", f"{refusal or end}: {json.dumps(request)}")
+
+
 def main():
     tally, solver = Tally("endings"), Solver(build_folder())
     first, ended, answered = seed(20261129), 0, 0
@@ -105,6 +123,7 @@ def main():
             tally.check(why is None, f"{number} in order {order}", f"{why}: {json.dumps(request)}")
     tally.check(answered >= 0.7 * scaled(SYSTEMS), "answers", f"only {answered} are answered")
     tally.check(ended >= 0.1 * scaled(SYSTEMS), "endings", f"only {ended} motions end")
+    units(tally, solver, first)
     return tally.end()
 
 

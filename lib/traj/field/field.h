@@ -216,6 +216,9 @@ bool field_falls_along(struct field *f, int pivot, const struct field_way *way, 
 void field_balance(const double *a, int rows, int n, double *column);
 /* What is left for the last of `rank` of the rows (a: rows x n), by complete pivoting; they are used up. Cost: rank rows n. */
 double field_left_for(double *a, int rows, int n, int rank);
+/* The same where the motion is, over what it was at the start, of the rows without the columns of variables that are far, and without the constraints that have these: no matter
+ * in which units. Not a number where they have no values, or nothing is left at the start. Cost: rows times n, twice. */
+double field_left_of_others(struct field *f, double start, const double *initial, const unsigned char *far, int rank);
 /* Whether these can tell: there are constraints, no rates, and not too many rows. */
 bool field_rank_tells(const struct field *f);
 

@@ -52,8 +52,8 @@ double field_left_for(double *a, int rows, int n, int rank)
     return last;
 }
 
-/* The rows at the place in f->in (a: rows + c by n). False: they have no value. */
-static bool rows_at(struct field *f, double *a)
+/* The rows at the place in f->in (a: rows + c by n). far (n, or NULL): columns that are left out, and constraints that have them. False: they have no value. */
+static bool rows_at(struct field *f, const unsigned char *far, double *a)
 {
     int n = f->n, at = 0;
     if (!field_general_values(f) || !num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
@@ -65,6 +65,15 @@ static bool rows_at(struct field *f, double *a)
         for (int k = f->jac->start[i]; k < f->jac->start[i + 1]; k++)
             if (f->jac->col[k] < n)
                 a[(f->rows + i) * n + f->jac->col[k]] = f->jac_value[k];
+    for (int i = 0; i < f->rows + f->c && far; i++) {
+        bool has = false;
+        for (int j = 0; j < n; j++) {
+            has |= far[j] && a[i * n + j] != 0;
+            a[i * n + j] = far[j] ? 0 : a[i * n + j];
+        }
+        if (has && i >= f->rows)
+            memset(a + (size_t)i * (size_t)n, 0, (size_t)n * sizeof *a);
+    }
     return true;
 }
 
@@ -98,12 +107,12 @@ void field_balance(const double *a, int rows, int n, double *column)
 }
 
 /* What is left at the place in f->in, columns in sizes of the first place. Equations' rows count as they are, each by its largest entry; constraints by what that
- * entry is at the first place: their gradients may vanish. size: c of these, then n of the columns. Not a number where there is no value. */
-static double left_at(struct field *f, double *size, bool first)
+ * entry is at the first place: their gradients may vanish. size: c of these, then n of the columns. far: as above. Not a number where there is no value. */
+static double left_of(struct field *f, const unsigned char *far, int rank, double *size, bool first)
 {
     int n = f->n, rows = f->rows + f->c;
     double *a = sga_calloc((size_t)rows * (size_t)n + 1, sizeof *a), *column = size + f->c, left = NAN;
-    if (rows_at(f, a)) {
+    if (rows_at(f, far, a)) {
         if (first)
             field_balance(a, rows, n, column);
         for (int j = 0; j < n && first; j++)
@@ -115,10 +124,21 @@ static double left_at(struct field *f, double *size, bool first)
             for (int j = 0; j < n && big > 0; j++)
                 a[i * n + j] *= column[j] / (own ? *own : big);
         }
-        left = field_left_for(a, rows, n, f->generic_rank);
+        left = field_left_for(a, rows, n, rank);
     }
     free(a);
     return left;
+}
+
+static double left_at(struct field *f, double *size, bool first) { return left_of(f, NULL, f->generic_rank, size, first); }
+
+double field_left_of_others(struct field *f, double start, const double *initial, const unsigned char *far, int rank)
+{
+    SGA_FREED double *size = sga_malloc(((size_t)f->c + (size_t)f->n + 1) * sizeof *size);
+    field_load(f, start, initial);
+    double whole = left_of(f, far, rank, size, true);
+    field_load(f, f->home_t, f->home);
+    return left_of(f, far, rank, size, false) / whole;
 }
 
 /* The same where the pivot, between the begin of the way and its part `high`, is this part of `far`, which it is at the begin with the sign of

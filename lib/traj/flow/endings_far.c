@@ -14,11 +14,12 @@
 #include "sparse.h"
 #include "system.h"
 #include "trajectory.h"
+#include "warnings.h"
 
 /* Of the size at the start, or the natural one. */
 static const double GROWN = 1e3;
-/* Of a row, what elimination leaves of one that is independent. */
-static const double INDEPENDENT = 1e-3;
+/* Of a row, what elimination leaves of one that is independent; and of what was left at the start. */
+static const double INDEPENDENT = 1e-3, STAYS = 1e-2;
 
 /* far[j]: variable j has grown so, and equations themselves determine it. Returns the one that has grown most, or -1. */
 static int grown(const struct flow *f, const double *initial, const unsigned char *kind, unsigned char *far)
@@ -92,6 +93,19 @@ void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, d
         r->ended_t = zero;
 }
 
+/* How long the variable may go on growing as it does at the last point: as a simple pole, or one of order two. */
+static double left_to_grow(struct flow *f, int which)
+{
+    static const double ORDER = 2;
+    struct field *field = &f->field;
+    SGA_FREED double *v = sga_malloc(2 * ((size_t)f->n + 1) * sizeof *v);
+    double *home = v + f->n + 1;
+    sga_copy(home, field->home, f->n);
+    bool ok = field_eval(field, field->home_t, home, v);
+    field_forget_trial(field);
+    return ok && v[which] != 0 ? ORDER * fabs(home[which] / v[which]) : 0;
+}
+
 /* The reason is that the variable grows, and the pivot (-1: none) tends to 0 with it. */
 static void say_grows(struct flow *f, const struct traj_request *rq, int which, double last, int pivot, struct traj_result *r)
 {
@@ -100,8 +114,10 @@ static void say_grows(struct flow *f, const struct traj_request *rq, int which, 
     snprintf(r->ended_detail, sizeof r->ended_detail, "%s grows without bound (%.3g at the last point)",
              f->sys->store->symbol[f->sys->variable[which].symbol].name, last);
     size_t before = strlen(r->ended_detail);
-    if (pivot < 0)
+    if (pivot < 0) {
+        r->ended_error += r->ended_error > 0 ? left_to_grow(f, which) : 0;
         return;
+    }
     SGA_FREED char *zero = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
     endings_at_zero(f, rq, pivot, ENDINGS_NEAR, r);
     snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while %s tends to 0", zero);
@@ -123,7 +139,10 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
     int which = grown(f, r->initial, kind, far), others = f->field.generic_rank;
     for (int j = 0; j < f->n; j++)
         others -= far[j];
-    if (which < 0 || rank_of_others(f, far) < others)
+    if (which < 0)
+        return false;
+    bool stays = f->n <= SGA_MOST_ROWS_ASKED ? field_left_of_others(&f->field, rq->start, r->initial, far, others) > STAYS : rank_of_others(f, far) >= others;
+    if (!stays)
         return false;
     say_grows(f, rq, which, f->field.home[which], field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false, NULL), r);
     return true;
