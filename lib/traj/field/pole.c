@@ -21,6 +21,7 @@
 #include "seeds.h"
 #include "system.h"
 #include "tape.h"
+#include "warnings.h"
 #include "watch.h"
 
 enum { ASKED = 3, DISTANCES = 3, NEWTON = 12, DOUBLINGS = 4 };
@@ -366,7 +367,7 @@ static int vote(struct asked *a, const double *y, double at, double *w)
 enum field_pole field_pole_at_change(struct field *f, int q, double t, const double *x)
 {
     size_t n = (size_t)f->n + 1;
-    if (!f->named && !f->named_asked && f->c)
+    if (!f->named_asked && f->c && f->n <= SGA_MOST_ROWS_ASKED)
         f->named = pole_named_new(f);
     f->named_asked = true;
     int most = f->named && pole_named_count(f->named) > f->valueds ? pole_named_count(f->named) : f->valueds;
