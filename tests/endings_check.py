@@ -2,7 +2,8 @@
 
 Systems of index 0 to 2 with products, poles and coefficients that vanish on the way; a quarter of the motions ends. Asked in four orders,
 each gives the same verdict, dimensions, reason and time of the end, or values within the estimates, or the same refusal. A start on a stratum may be refused in one
-order and moved in another, and a motion that ends at its last time may be said to reach it: the seed is one without such. SGA_TEST_SEED repeats
+order and moved in another, and a motion that ends at its last time may be said to reach it: the seed is one without such. Folds beside what has grown, and poles beside a root,
+in units: the reason is the same, and the time within its error. SGA_TEST_SEED repeats
 a run, SGA_TEST_SCALE makes it longer."""
 import json
 import random

@@ -467,5 +467,5 @@ bool sweep_case_solve(struct sweep_case *c, struct job *j, const struct traj_req
     if (!sga_reduce(&c->system, &options, &c->oracle, &c->own, err))
         return false;
     return c->own.verdict != SGA_INCONSISTENT
-           || sga_fail(err, SGA_E_NO_MOTION, "the system is inconsistent at these parameters: %.500s", c->own.contradiction_why);
+           || sga_fail(err, SGA_E_NO_MOTION, "the system is inconsistent in this set: %.500s", c->own.contradiction_why);
 }
