@@ -68,7 +68,7 @@ def accuracy_of(rng):
     tolerance = rng.choice([1e-4, 1e-6, 1e-8, 1e-10])
     accuracy = {"rtol": tolerance, "atol": tolerance}
     if rng.random() < 0.2 and tolerance < 1e-7:
-        accuracy["arithmetic"] = "double-double"
+        accuracy.update({"arithmetic": "double-double", **rng.choice([{}, {"method": "radau"}])})
     elif rng.random() < 0.5:
         accuracy["method"] = rng.choice(["dop853", "radau", "taylor", "tsit5"])
     return accuracy

@@ -13,7 +13,7 @@ from tally import Tally, build_folder, scaled, seed
 RUNS = 60
 STOP, ROWS = 6, 13
 STEP = 1e-6                      # of h, for derivatives of closed forms
-WAYS = [{"method": m} for m in ("auto", "dop853", "tsit5", "radau", "taylor")] + [{"arithmetic": "double-double"}] * 2
+WAYS = [{"method": m} for m in ("auto", "dop853", "tsit5", "radau", "taylor")] + [{"arithmetic": "double-double"}, {"arithmetic": "double-double", "method": "radau"}]
 
 
 def decay(a, b, h, x, s):

@@ -165,8 +165,6 @@ REFUSED = [
     ("a start on a kink", request(equations(["x", "y"], ["x' = 1", "y = abs(x)"], {"k": 1}), {"x": 0, "y": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a start where the field jumps", request(equations(["x"], ["x' = 1 + step(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
     ("a start at rest on a kink", request(equations(["x"], ["x' = abs(x)"], {"k": 1}), {"x": 0}, 1, [], ["x"]), "inconsistent_initial", "/trajectory/initial"),
-    ("jumps in double-double, by implicit steps", request(equations(["x"], ["x' = 2 - k*sign(x)"], {"k": 1}), {"x": -1}, 1, ["k"], accuracy={**DD, "method": "radau"}), "not_supported",
-     "/accuracy/arithmetic"),
     ("a start at the middle of a circle", request(PENDULUM, {"x": 0, "y": 0}, 1, ["L"], ["x"]), "inconsistent_initial", "/trajectory/initial"),
 ]
 

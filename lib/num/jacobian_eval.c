@@ -53,18 +53,21 @@ static void solve_forward(struct jacobian_solve *q, const double *dot)
     }
 }
 
+/* 0 where the second is 0: of an infinite slope too. */
+static double product(double a, double b) { return b != 0 ? a * b : 0; }
+
 static void step_back(struct num_jacobian_plan *p, const struct jacobian_step *s, double w, double *adj)
 {
     if (s->op == TAPE_FACTOR) {
         solve_back(p->solve + s->a, adj);
     } else if (w == 0) {
-        return;    /* so that 0 times an infinite slope stays 0 */
+        return;
     } else if (s->op == TAPE_COMPONENT) {
         p->solve[s->a].bar[s->b] += w;
     } else {
-        adj[s->a] += w * s->pa;
+        adj[s->a] += product(w, s->pa);
         if (s->b != p->sink)
-            adj[s->b] += w * s->pb;
+            adj[s->b] += product(w, s->pb);
     }
 }
 
@@ -77,7 +80,7 @@ static double step_forward(struct num_jacobian_plan *p, const struct jacobian_st
     if (s->op == TAPE_COMPONENT)
         return p->solve[s->a].work[s->b];
     double x = dot[s->a], y = dot[s->b];
-    return (x != 0 ? x * s->pa : 0) + (y != 0 ? y * s->pb : 0);
+    return product(s->pa, x) + product(s->pb, y);
 }
 
 static void row_by_reverse(struct num_jacobian *j, int row, double *values)

@@ -52,8 +52,7 @@ bool precise_possible(const struct flow *f, const struct traj_request *rq, const
            : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0 && strcmp(rq->method, "radau") != 0
                ? "double-double arithmetic integrates by Taylor series and by Radau's formulas; use the method \"taylor\", \"radau\" or \"auto\""
            : rq->method && strcmp(rq->method, "radau") == 0 && !precise_radau_possible(&f->field)
-               ? f->field.switches.count ? "implicit steps in double-double arithmetic do not see where abs, sign, min and max change their branch; use \"taylor\" or \"auto\", or \"double\""
-               : "the Jacobian is too large and too full for implicit steps in double-double arithmetic; use the method \"taylor\" or \"auto\", or \"double\""
+               ? "the Jacobian is too large and too full for implicit steps in double-double arithmetic; use the method \"taylor\" or \"auto\", or \"double\""
                : NULL;
     return !*why;
 }

@@ -48,9 +48,10 @@ static void use(struct precise_march *m, int which)
 void precise_choice_begin(struct precise_march *m)
 {
     const char *name = m->p->rq->method;
-    m->choice.free = (!name || strcmp(name, "auto") == 0) && !m->p->turn && precise_radau_possible(&m->p->flow->field);
+    m->choice.free = (!name || strcmp(name, "auto") == 0) && precise_radau_possible(&m->p->flow->field);
     m->choice.try_at = m->choice.wait = m->choice.look = TRY_AFTER;
-    use(m, name && strcmp(name, "radau") == 0 ? IMPLICIT : SERIES);
+    m->choice.asked = name && strcmp(name, "radau") == 0;
+    use(m, m->choice.asked ? IMPLICIT : SERIES);
 }
 
 void precise_choice_renew(struct precise_march *m)
@@ -159,13 +160,26 @@ static void end_trial(struct precise_march *m)
     }
 }
 
+/* Other steps would take their sides anew here: not where they were just turned, or are not known. */
+static bool beside_turn(const struct precise_march *m)
+{
+    const struct precise_sides *q = &m->sides;
+    return q->count && (q->natural || (q->turned_t.hi == m->here.t.hi && q->turned_t.lo == m->here.t.lo));
+}
+
 void precise_choose(struct precise_march *m, double size)
 {
     struct precise_choice *c = &m->choice;
     int which = m->method == &precise_radau;
     double cost = m->method->cost(m->state, m), keep = c->size > 0 ? 0.7 : 0;
     m->work += cost;
-    if (!c->free || m->n == 0)
+    if (m->n == 0 || beside_turn(m))
+        return;
+    if (c->asked && which == SERIES && m->path->steps > c->rescued) {      /* those have done what they were for */
+        use(m, IMPLICIT);
+        m->method->begin(m->state, m, size);
+    }
+    if (!c->free)
         return;
     c->size = keep * c->size + (1 - keep) * size;
     c->work = keep * c->work + (1 - keep) * cost;
@@ -199,7 +213,7 @@ bool precise_begin_without_series(struct precise_march *m, double size)
 bool precise_rescue(struct precise_march *m)
 {
     struct precise_choice *c = &m->choice;
-    if (!c->free || m->method == &precise_series || c->rescued == m->path->steps + 1)
+    if (!(c->free || (c->asked && m->sides.count)) || m->method == &precise_series || c->rescued == m->path->steps + 1)
         return false;
     c->rescued = m->path->steps + 1;
     c->on_trial = false;

@@ -8,8 +8,6 @@
 #include "mem.h"
 #include "precise_series.h"
 
-/* Steps that solutions have in common would show no difference: each makes other parts of the way between knots. */
-enum { PARTS = 3 };
 /* The rest of such a part is no step of its own. */
 static const double SLIVER = 1e-3;
 
@@ -19,7 +17,7 @@ num_dd precise_within_knots(const struct precise_march *m, num_dd h)
     if (!p->knots.tables || m->passed_knots == p->knots.count)
         return h;
     num_dd rest = precise_goal_rest(m), from = m->passed_knots ? p->knot[m->passed_knots - 1] : p->start;
-    double left = fabs(rest.hi), whole = fabs(num_dd_sub(p->knot[m->passed_knots], from).hi), most = whole / (1 + p->solution % PARTS);
+    double left = fabs(rest.hi), whole = fabs(num_dd_sub(p->knot[m->passed_knots], from).hi), most = whole / precise_parts(p);
     double size = fmin(fabs(h.hi), most);
     if (size >= (1 - SLIVER) * left)
         return rest;

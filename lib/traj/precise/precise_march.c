@@ -366,7 +366,7 @@ static bool step(struct precise_march *m, double *cut)
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
     double least = refused ? SMALLEST_REFUSED : m->sides.heading ? SMALLEST_TO_CHANGE : SMALLEST;
     if (huge || !(size >= fmax(least * passed, LEAST_STEP))) {
-        if (!huge && !refused && precise_rescue(m)) {
+        if (!huge && (!refused || (m->sides.count && m->why == ODE_LEFT_DOMAIN)) && precise_rescue(m)) {
             *cut = 1;
             return true;
         }
@@ -424,7 +424,7 @@ static bool step(struct precise_march *m, double *cut)
         return false;
     precise_choose(m, size);
     *cut = 1;
-    return true;
+    return m->path->reason == ODE_NONE;
 }
 
 static void march(struct precise *p, double rtol, double atol, bool beside, bool start_beside, struct precise_path *path)

@@ -39,7 +39,7 @@ extern const struct precise_method precise_series, precise_radau;
 
 /* Which method; precise_choice.c. */
 struct precise_choice {
-    bool free;                 /* it may change */
+    bool free, asked;          /* it may change; implicit steps were asked for */
     long try_at, wait, look;   /* steps: when other steps are tried, how many more then, and between looks */
     bool on_trial;
     long trial_from;           /* steps at the begin of the trial */
@@ -87,6 +87,13 @@ struct precise_march {
     struct precise_choice choice;
     struct precise_sides sides;
 };
+
+/* Steps that solutions have in common show no difference of theirs: into so many parts this one divides what is the same way in all. */
+static inline int precise_parts(const struct precise *p)
+{
+    enum { PARTS = 3 };
+    return 1 + p->solution % PARTS;
+}
 
 /* precise_march.c. m->scale for a point x. */
 void precise_set_scale(struct precise_march *m, const num_dd *x);
@@ -142,7 +149,7 @@ double precise_band(struct precise_march *m, num_dd h);
 void precise_choice_begin(struct precise_march *m);
 /* After a step of this size: by another method from now on? */
 void precise_choose(struct precise_march *m, double size);
-/* Steps shrink to nothing though the field has values (a kink): true where series, which see kinks, go on. */
+/* Steps shrink to nothing though the field has values (a kink), or has none on the side that a switch is held on: true where series, which see kinks, go on. */
 bool precise_rescue(struct precise_march *m);
 /* No series at the start (a root at its border): true where implicit steps, which need none, begin. */
 bool precise_begin_without_series(struct precise_march *m, double size);

@@ -14,7 +14,7 @@
 #include "field.h"
 #include "flow.h"
 #include "mem.h"
-#include "precise_stages.h"
+#include "precise_stage_sides.h"
 #include "trajectory.h"
 
 #define LEAST_STAGES 5
@@ -33,6 +33,7 @@
 
 struct radau {
     struct precise_stages *stages;
+    struct stage_sides *sides; /* NULL: there are no switches */
     int n, s;
     num_dd *old_z, *tail;      /* s x n: of the last step, if old_h is not 0; n */
     double h, old_h, factor;
@@ -43,7 +44,7 @@ struct radau {
 
 bool precise_radau_possible(const struct field *f)
 {
-    return f->slope && !f->switches.count && stage_matrix_most(f->pattern) >= LEAST_STAGES;
+    return f->slope && stage_matrix_most(f->pattern) >= LEAST_STAGES;
 }
 
 static void *radau_alloc(struct precise_march *m)
@@ -56,6 +57,7 @@ static void *radau_alloc(struct precise_march *m)
     r->stages = precise_stages_new(m, s < LEAST_STAGES ? LEAST_STAGES : s > most ? most : s);
     r->n = m->n;
     r->s = r->stages->s;
+    r->sides = stage_sides_new(m, r->s);
     assert(r->s >= LEAST_STAGES && r->s <= NUM_RADAU_MOST);       /* weights have room for so many */
     r->old_z = sga_calloc((size_t)r->s * (size_t)r->n + 1, sizeof *r->old_z);
     r->tail = sga_calloc((size_t)r->n + 1, sizeof *r->tail);
@@ -66,6 +68,7 @@ static void radau_free(void *state)
 {
     struct radau *r = state;
     precise_stages_free(r->stages);
+    stage_sides_free(r->sides);
     free(r->old_z);
     free(r->tail);
     free(r);
@@ -91,18 +94,24 @@ static bool radau_begin(void *state, struct precise_march *m, double size)
     r->old_h = 0;
     r->refused = false;
     r->stages->work = 0;
-    return true;
+    return !r->sides || stage_sides_begin(r->sides, m, size);
 }
 
-static num_dd radau_size(void *state, struct precise_march *m, double cut)
+static num_dd smooth_size(const struct radau *r, struct precise_march *m, double cut)
 {
-    const struct radau *r = state;
     num_dd rest = precise_goal_rest(m);
     double h = cut * r->h, left = fabs(rest.hi);
     precise_set_scale(m, m->here.x);
     if (h >= 0.99 * left)
         return cut < 1 ? num_dd_of(0.7 * rest.hi * fmin(1, cut)) : rest;
     return num_dd_of(m->direction * (2 * h > left ? 0.5 * left : h));
+}
+
+static num_dd radau_size(void *state, struct precise_march *m, double cut)
+{
+    const struct radau *r = state;
+    num_dd h = smooth_size(r, m, cut);
+    return r->sides ? stage_sides_size(r->sides, m, h) : h;
 }
 
 /* The polynomial of the last step, continued. */
@@ -125,7 +134,7 @@ static void guess(struct radau *r, num_dd h)
     }
 }
 
-/* Along the field at here, for a start whose Jacobian has no value (sqrt(x) at 0). */
+/* Along the field at here, from where the Jacobian has no value (sqrt(x) at 0). */
 static void guess_straight(struct radau *r, const struct precise_march *m, num_dd h)
 {
     for (int k = 0; k < r->s * r->n; k++)
@@ -160,7 +169,7 @@ static enum precise_outcome radau_attempt(void *state, struct precise_march *m, 
     guess(r, h);
     m->why = ODE_LEFT_DOMAIN;
     enum precise_solved solved = precise_stages_solve(r->stages, m, h);
-    if (solved == STAGES_REFUSED && !m->path->steps) {
+    if (solved == STAGES_REFUSED && r->old_h == 0) {
         guess_straight(r, m, h);
         solved = precise_stages_solve(r->stages, m, h);
     }
@@ -183,6 +192,8 @@ static enum precise_outcome radau_attempt(void *state, struct precise_march *m, 
         *cut *= 0.5;
         return PRECISE_REFUSED;
     }
+    if (r->sides && !stage_sides_agree(r->sides, m, r->stages, h, cut))
+        return PRECISE_TOO_LARGE;
     r->factor = fmin(r->factor, again ? 1 : m->beside ? GROWTH_BESIDE : GROWTH);
     return PRECISE_TAKEN;
 }
@@ -202,15 +213,24 @@ static void radau_value(const void *state, const struct precise_march *m, num_dd
 
 static bool radau_accepted(void *state, struct precise_march *m)
 {
-    (void)m;
     struct radau *r = state;
     memcpy(r->old_z, r->stages->z, (size_t)r->s * (size_t)r->n * sizeof *r->old_z);
     r->old_h = r->step.hi;
-    r->h = fabs(r->old_h) * r->factor;
+    /* one that ended at a change says nothing of the step after it */
+    r->h = m->sides.heading ? fmax(r->h, fabs(r->old_h) * r->factor) : fabs(r->old_h) * r->factor;
     r->refused = false;
     r->work = r->stages->work;
     r->stages->work = 0;
-    return true;
+    if (!r->sides)
+        return true;
+    const struct precise_sides *q = &m->sides;
+    num_dd turned = q->turned_t;
+    bool ok = stage_sides_pass(r->sides, m, fabs(r->old_h));
+    if (q->turned_t.hi != turned.hi || q->turned_t.lo != turned.lo) {
+        r->old_h = 0;          /* no polynomial goes on there */
+        r->h /= precise_parts(m->p);      /* a fast part that is smaller than the tolerance is stepped over */
+    }
+    return ok;
 }
 
 static double radau_cost(const void *state, const struct precise_march *m)

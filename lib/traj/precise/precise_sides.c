@@ -52,6 +52,8 @@ void precise_hold(struct precise_march *m)
         num_jacobian_hold(m->sides.slopes, side);
     if (p->series)
         num_jet2_hold(p->series, p->field);
+    if (p->values)
+        num_jet2_hold(p->values, p->flow->field.plain);
     num_jet2_hold(p->constraint, p->flow->manifold.tape);
     if (p->velocity)
         num_jet2_hold(p->velocity, p->flow->field.plain);

@@ -1,5 +1,6 @@
 /* Newton's method for the stages of an implicit step, in double and then in double-double. */
 #include "precise_stages.h"
+#include "precise_series.h"
 
 #include <assert.h>
 #include <math.h>
@@ -35,6 +36,8 @@ struct precise_stages *precise_stages_new(struct precise_march *m, int s)
     w->s = s;
     if (!p->values)
         p->values = num_jet2_new(p->flow->field.plain, 0);
+    if (m->sides.count)
+        precise_hold(m);
     if (!p->formula || p->formula->s != s) {
         num_radau_free(p->formula);
         p->formula = num_radau_new(s);
