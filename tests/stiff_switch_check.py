@@ -2,7 +2,8 @@
 
 x' = -k (x - u(t)) with u a sum of kinks has a closed form, up to k = 10^9, where no explicit step goes on; also named as a signal, with a relay beside it that
 turns by x, and in other units. Random systems with switches that turn by their states are solved by implicit steps, by those that are chosen, at other
-tolerances and, where they are not stiff, by Taylor series: the same ends, and differences within the errors told. SGA_TEST_SEED, SGA_TEST_SCALE as everywhere."""
+tolerances and, where they are not stiff, by Taylor series: the same ends, and differences within the errors told. Roots of sizes are gone through where they
+are 0, which has a closed form too. SGA_TEST_SEED, SGA_TEST_SCALE as everywhere."""
 import random
 import sys
 
@@ -118,10 +119,40 @@ def same(solver, tally, rng):
     tally.check(sum(held) >= HOLDS * len(held), "errors of both ways hold", (sum(held), len(held)))
 
 
+def roots(solver, tally, rng):
+    """u' = -sqrt(|u|) - b comes to u = 0, where the field is continuous and has no derivative, at the time 2 r - 2 b log(1 + r/b), r = sqrt(u), and leaves it as it came."""
+    for n in range(scaled(9)):
+        a, b, u0, stiff = rng.choice(["1/2", "t/3"]), rng.choice([1, 2, 4]), mpmath.mpf(1) / rng.choice([2, 4, 10]), n % 3 == 2
+        method = [{"method": "taylor"}, {"method": "radau"}, {}][n % 3]
+        drift = 0 if a == "1/2" else mpmath.mpf(1) / 3
+        start = u0 + (mpmath.mpf(1) / 2 if a == "1/2" else 0)
+        equations = [f"x' = -sqrt(abs(x - {a})) - {b}" + (" + 1/3" if drift else "")] + ["z' = -10^5*(z - max(x, -1/5))"] * stiff
+        answer, problem = solver.solve({
+            "system": {"form": "equations", "variables": ["x", "z"][:1 + stiff], "equations": equations}, "want": ["trajectory"],
+            "accuracy": {"rtol": 1e-17, "atol": 1e-19, "arithmetic": "double-double", **method},
+            "trajectory": {"start": 0, "stop": 2, "samples": 9, "initial": {"x": mpmath.nstr(start, 40), **({"z": 0} if stiff else {})}}})
+        t = answer and answer.get("trajectory")
+        label = f"roots {n}: {equations} {method}"
+        if not tally.check(t and not t["ended"], f"{label}: to its end", problem or t and t["ended"]):
+            continue
+
+        def way(u):
+            r = mpmath.sqrt(abs(u))
+            return 2 * r - 2 * b * mpmath.log(1 + r / b)
+        at, off = t["columns"].index("x"), []
+        for row in t["rows"]:
+            time = exact(row[0])
+            u = exact(row[at]) - (time / 3 if drift else mpmath.mpf(1) / 2)
+            passed = way(u0) - way(u) if u > 0 else way(u0) + way(u)
+            off.append(abs(passed - time) * (mpmath.sqrt(abs(u)) + b))      # of time: of u by its rate
+        tally.check(max(off) < 1e-15, f"{label}: the closed form", [float(o) for o in off])
+
+
 def main():
     tally, solver, rng = Tally("stiff_switches"), Solver(build_folder()), random.Random(seed(20261130))
     known(solver, tally, rng)
     same(solver, tally, rng)
+    roots(solver, tally, rng)
     return tally.end()
 
 

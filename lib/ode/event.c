@@ -23,6 +23,8 @@ static const double PLACE = 1e-4;
 /* Of a step: for a function's slope, which is one where it is so much alike on both sides. Of times: what need not be mended. */
 static const double ASIDE = 1e-3, ALIKE = 4, ROUNDED = 8 * DBL_EPSILON;
 
+static const double STEPS = 2;         /* errors allowed that places on a step may be off by */
+
 struct track {
     signed char sign;          /* of the last value that was not 0; 0: none yet */
     bool touched;              /* 0 was touched, and not left yet */
@@ -151,6 +153,8 @@ void ode_watch_start(struct ode_march *m)
         if (k->carried && !k->jumps)        /* the place of the event itself is known to roundings of its time only */
             k->least = 4 * (k->least + fabs(g));
         k->sign = k->carried ? (signed char)side : fabs(g) > k->least && !k->jumps ? (g > 0 ? 1 : -1) : 0;
+        if (!k->sign && !k->carried && !k->jumps)      /* steps come beside 0 by what they may err (a function that constraints keep at 0) */
+            k->least = fmax(k->least, STEPS * doubt(m, e, m->t, m->x));
     }
 }
 

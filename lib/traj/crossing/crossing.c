@@ -258,20 +258,23 @@ static bool look_back(struct way *w, const struct past *p)
     return true;
 }
 
-/* Whether events happen on the far side of the step: they are found in steps of the usual kind only. */
-static bool events_on(const struct way *w, const struct crossing *c)
+/* Whether events that end the piece happen on the far side of the step: it goes on there. */
+static bool stops_on(const struct way *w, const struct crossing *c)
 {
     enum { LOOKS = 64 };
     int events = w->rq->events;
     double *g = sga_calloc(2 * (size_t)events + 1, sizeof *g), *first = g + events, *x = sga_malloc(((size_t)c->n + 2) * sizeof *x);
     bool any = false;
-    for (int k = 0; k <= LOOKS && events && !any; k++) {
+    bool stops = false;
+    for (int e = 0; e < events; e++)
+        stops |= w->rq->event[e].stop;
+    for (int k = 0; k <= LOOKS && stops && !any; k++) {
         double t = c->at + (c->to - c->at) * (k - 0.2 * (k == 0) * LOOKS) / LOOKS;
         crossing_at(c, t, x, NULL);
         x[c->n] = t;
         any = !num_tape_eval(w->f->event, x, k ? g : first);
         for (int e = 0; e < events && k; e++)
-            any |= !(g[e] * first[e] > 0);
+            any |= w->rq->event[e].stop && !(g[e] * first[e] > 0);
     }
     free(g);
     free(x);
@@ -368,7 +371,7 @@ static bool try_step(struct way *w, const struct scheme *fine, const struct sche
         double beyond = least_pivot(w, c->t[POINTS / 2], c->x + (size_t)(POINTS / 2) * (size_t)n, size);
         ok = near > 0 && beyond > 0 && near <= FALLS * far && beyond <= FALLS * far;
     }
-    ok = ok && exactly_there(w, c) && !events_on(w, c);
+    ok = ok && exactly_there(w, c) && !stops_on(w, c);
     if (!ok) {
         c->flow = NULL;
         crossing_clear(c);

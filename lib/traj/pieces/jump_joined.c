@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "arena.h"
 #include "jump_boxed.h"
 #include "jump_fine.h"
 #include "mem.h"
@@ -100,6 +101,30 @@ void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_resu
     r->inputs_examined = piece->inputs_examined;
     if (piece->shortfall)
         r->shortfall = piece->shortfall;
+}
+
+void jump_tell(struct jump_pass *p, struct traj_happening what, const double *value)
+{
+    struct traj_result *r = &p->r;
+    size_t columns = (size_t)r->columns, at = (size_t)r->happened;
+    make_room(p, at + 1);
+    r->happening[at] = what;
+    memcpy(r->happened_value + at * columns, value, columns * sizeof *value);
+    for (size_t k = 0; k <= columns && r->happened_digits; k++)
+        r->happened_digits[at * (columns + 1) + k] = NULL;
+    r->happened++;
+}
+
+void jump_tell_digits(struct jump_pass *p, struct traj_happening what, num_dd t, const num_dd *value)
+{
+    size_t columns = (size_t)p->r.columns;
+    SGA_FREED double *y = sga_malloc((columns + 1) * sizeof *y);
+    for (size_t k = 0; k < columns; k++)
+        y[k] = value[k].hi;
+    jump_tell(p, what, y);
+    char **digits = p->r.happened_digits ? p->r.happened_digits + (size_t)(p->r.happened - 1) * (columns + 1) : NULL;
+    for (size_t k = 0; k <= columns && digits; k++)
+        digits[k] = num_dd_text(k ? value[k - 1] : t, NUM_DD_DIGITS);
 }
 
 void jump_tell_again(struct jump_pass *p, int e, int direction)

@@ -2,6 +2,7 @@
 #ifndef SGA_TRAJ_JUMP_JOINED_H
 #define SGA_TRAJ_JUMP_JOINED_H
 
+#include "dd.h"
 #include "jump_piece.h"
 
 struct jump_boxed;
@@ -34,6 +35,9 @@ double jump_at_once(const struct jump_pass *p, const struct traj_request *rq, do
 void jump_join(struct jump_pass *p, const struct jump_piece *q, struct traj_result *piece);
 /* What those steps may have done to a value of this column. */
 double jump_over_error(const struct jump_pass *p, const struct jump_piece *q, const struct traj_result *piece, double value, int column);
+/* One more, with the columns' values there; in double-double with their digits. */
+void jump_tell(struct jump_pass *p, struct traj_happening what, const double *value);
+void jump_tell_digits(struct jump_pass *p, struct traj_happening what, num_dd t, const num_dd *value);
 /* The last happening is told once more, as event e. */
 void jump_tell_again(struct jump_pass *p, int e, int direction);
 /* Nothing is said beyond t. */

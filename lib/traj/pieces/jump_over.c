@@ -10,6 +10,7 @@
 #include "crossing_fine.h"
 #include "jump_exact.h"
 #include "jump_fine.h"
+#include "jump_over_events.h"
 #include "jump_set.h"
 #include "mem.h"
 #include "system.h"
@@ -51,6 +52,7 @@ static bool over_exactly(struct jump_pass *p, struct jump_piece *q, const struct
     unsigned char *given = sga_calloc(n + 1, 1);
     p->over_fine += f.error;
     jump_cut(p, f.from, direction);
+    jump_over_events(p, q, rq, c, &f);
     for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - f.to) <= 0; i++, r->rows++) {
         crossing_fine_at(&f, time_of(j->sys, rq, i), x, y);
         r->t[i] = rq->times[i];
@@ -93,6 +95,8 @@ bool jump_over(struct jump_pass *p, struct jump_piece *q, const struct jump *j, 
     }
     double *x = sga_malloc((size_t)(c.n + 1) * sizeof *x), *y = sga_malloc((size_t)(q->q.outputs + 1) * sizeof *y);
     p->over += c.error;
+    jump_cut(p, c.from, direction);
+    jump_over_events(p, q, rq, &c, NULL);
     while (r->rows && direction * (r->t[r->rows - 1] - c.from) > 0)
         r->rows--;
     for (int i = r->rows; i < rq->samples && direction * (rq->times[i] - c.to) <= 0; i++, r->rows++) {

@@ -50,12 +50,16 @@ double precise_argument_far(const struct expansions *w, const struct precise_mar
 {
     enum { TURNS = 60 };
     for (int turn = 0; turn < TURNS; turn++) {
-        double last[3], most = 0, power = 1;
-        for (int k = 0; k < w->order; k++, power *= far)
-            most = fmax(most, fabs(g[k].hi) * power);
+        double last[3] = { 0 }, most = 0, power = 1;
+        for (int k = 0; k < w->order; k++, power *= far) {      /* over s / far: coefficients on a scale far beyond overflow */
+            double term = fabs(g[k].hi) * power;
+            most = fmax(most, term);
+            if (k >= w->order - 3)
+                last[w->order - 1 - k] = term;
+        }
         for (int i = 0; i < 3; i++)
-            last[i] = fabs(g[w->order - 1 - i].hi) / fmax(fmax(m->rtol, NUM_DD_EPSILON) * most, 1e-300);
-        double s = precise_terms(last, w->order - 1);
+            last[i] /= fmax(fmax(m->rtol, NUM_DD_EPSILON) * most, 1e-300);
+        double s = far * precise_terms(last, w->order - 1);
         if (!(s < far))
             break;
         far = s;

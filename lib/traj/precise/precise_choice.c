@@ -216,6 +216,7 @@ bool precise_rescue(struct precise_march *m)
     if (!(c->free || (c->asked && m->sides.count)) || m->method == &precise_series || c->rescued == m->path->steps + 1)
         return false;
     c->rescued = m->path->steps + 1;
+    c->rescued_why = m->why;
     c->on_trial = false;
     c->try_at = m->path->steps + c->wait;
     use(m, SERIES);

@@ -22,6 +22,7 @@
 /* Steps this small against the time passed end a march that shrinks them. */
 #define SMALLEST 1e-25
 #define SMALLEST_TO_CHANGE 1e-31
+#define SMALLEST_IMPLICIT 1e-14        /* beside switches series are tried from there on, which go over roots on their borders */
 /* Places of ranks and domains are found in double. */
 #define LEAST_STEP 1e-290      /* smaller numbers lose digits */
 #define SMALLEST_REFUSED 4e-16
@@ -84,7 +85,7 @@ static bool has_field(struct precise_march *m, const struct precise_point *q)
     double on = ROUNDINGS_ON * DBL_EPSILON * m->direction * fmax(fabs(q->t.hi), fabs(num_dd_sub(q->t, m->p->start).hi));
     double *x = sga_malloc(((size_t)m->n + 1) * sizeof *x);
     for (int j = 0; j < m->n; j++)
-        x[j] = m->xd[j] + on * m->rate[j];
+        x[j] = m->xd[j] + on * m->along[j];
     ok = field_eval(f, q->t.hi + on, x, m->fd);
     free(x);
     return ok;
@@ -186,6 +187,10 @@ static void end_refused(struct precise_march *m, bool refused)
     char text[200];
     bool alone;
     double size = precise_largest(m->here.x, m->n), rate = growing(m, size, &alone);
+    if (!refused && m->choice.rescued == m->path->steps + 1 && m->choice.rescued_why == ODE_LEFT_DOMAIN) {     /* series went no further */
+        refused = true;
+        m->why = ODE_LEFT_DOMAIN;
+    }
     if (size > HUGE_STATE) {
         snprintf(text, sizeof text, "the solution grows beyond the range of numbers (size %.3g at the end)", size);
         precise_end(m, ODE_BLOW_UP, text);
@@ -241,6 +246,7 @@ static void take_rates(struct precise_march *m, double size)
     bool calm = size >= CALM * fabs(num_dd_sub(m->here.t, m->p->start).hi);
     for (int j = 0; j < m->n; j++) {
         m->calm[j] = calm ? fmax(m->calm[j], m->rate[j]) : m->calm[j];
+        m->along[j] = m->fd[j];
         m->rate[j] = fabs(m->fd[j]);
     }
 }
@@ -364,13 +370,22 @@ static bool step(struct precise_march *m, double *cut)
     h = precise_within_knots(m, h);
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
-    double least = refused ? SMALLEST_REFUSED : m->sides.heading ? SMALLEST_TO_CHANGE : SMALLEST;
+    if (m->sides.count && size < SMALLEST_IMPLICIT * passed && size >= SMALLEST * passed && precise_rescue(m)) {
+        *cut = 1;
+        return true;
+    }
+    double least = refused ? SMALLEST_REFUSED : m->sides.count ? SMALLEST_TO_CHANGE : SMALLEST;
     if (huge || !(size >= fmax(least * passed, LEAST_STEP))) {
         if (!huge && (!refused || (m->sides.count && m->why == ODE_LEFT_DOMAIN)) && precise_rescue(m)) {
             *cut = 1;
             return true;
         }
-        end_refused(m, refused);
+        if (!huge && (!refused || m->why == ODE_LEFT_DOMAIN) && precise_sides_cross(m, size)) {
+            *cut = 1;
+            return true;
+        }
+        if (m->path->reason == ODE_NONE)
+            end_refused(m, refused);
         return false;
     }
     assert(h.hi * m->direction > 0);
@@ -440,11 +455,12 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
     m.there.x = m.here.x + m.n;
     m.sought = m.there.x + m.n;
     num_dd *states = m.here.x;
-    m.scale = sga_calloc(5 * (size_t)m.n + 1, sizeof *m.scale);
+    m.scale = sga_calloc(6 * (size_t)m.n + 1, sizeof *m.scale);
     m.xd = m.scale + m.n;
     m.fd = m.xd + m.n;
     m.rate = m.fd + m.n;
     m.calm = m.rate + m.n;
+    m.along = m.calm + m.n;
     precise_knots_begin(&m);
     precise_sides_begin(&m);
     precise_choice_begin(&m);

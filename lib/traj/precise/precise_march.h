@@ -48,6 +48,7 @@ struct precise_choice {
     void *state[2];
     long steps[2];             /* made by series, by implicit steps */
     long rescued;              /* steps + 1 when steps shrank to nothing last; 0: never */
+    enum ode_reason rescued_why;
 };
 
 /* The switches of the field and the constraints, and on which side each is held. precise_sides.c. */
@@ -72,7 +73,7 @@ struct precise_march {
     int n, next, next_piece, passed_knots;
     double rtol, atol, direction, first_size;
     double band_cut;           /* the next step is no longer than this; 0: no matter */
-    double *rate, *calm;       /* n: of the field at here; the largest where steps were no small part of the time passed */
+    double *along, *rate, *calm;       /* n: the field at here; its size; the largest where steps were no small part of the time passed */
     double work;               /* of all steps, in multiplications in double-double */
     bool beside, start_beside;
     struct precise_point here, there;
@@ -135,6 +136,8 @@ bool precise_pass_knot(struct precise_march *m, double size);
 /* precise_sides.c. Nothing is held at first, nor afterwards. */
 void precise_sides_begin(struct precise_march *m);
 void precise_sides_end(struct precise_march *m);
+/* Series come to nothing before a surface on which they are no more (of sqrt(abs(x))): the march goes on beyond it. False: that is not why, or it ends (precise_end was called). */
+bool precise_sides_cross(struct precise_march *m, double size);
 
 /* precise_event.c. The events of the last step attempted, into the path (path->lost: one is not seen again); true: one stops
  * the motion at *end. The step may still be refused; precise_watched: it was taken. */

@@ -132,7 +132,7 @@ static bool step_off(struct expansions *w, struct precise_march *m, const bool *
     struct precise_point *q = &m->here;
     size_t n = (size_t)m->n;
     num_dd t = q->t, *x = memcpy(sga_malloc((n + 1) * sizeof *x), q->x, n * sizeof *x);
-    double way = FIRST * fmax(precise_grain(m, q), NUM_DD_EPSILON * size), harm = 0, *f = sga_calloc(n + 1, sizeof *f);
+    double most = fabs(precise_rest(m).hi), way = FIRST * fmax(precise_grain(m, q), NUM_DD_EPSILON * size), harm = 0, *f = sga_calloc(n + 1, sizeof *f);
     bool ok = false;
     for (size_t j = 0; j < n; j++)
         m->xd[j] = x[j].hi;
@@ -141,13 +141,13 @@ static bool step_off(struct expansions *w, struct precise_march *m, const bool *
         field_eval(&m->p->flow->field, t.hi, m->xd, f);
         precise_flip_pending(m);
     }
-    for (; !ok && harm <= OFF_HARM && way < size; way *= FURTHER) {
+    for (; !ok && harm <= OFF_HARM && way < most; way *= FURTHER) {
         q->t = num_dd_add_d(t, way * m->direction);
         for (size_t j = 0; j < n; j++)
             q->x[j] = num_dd_add_d(x[j], isfinite(f[j]) ? way * m->direction * f[j] : 0);
         if (near && !hold_where(m, near))
             break;
-        ok = precise_settle(m, q) && precise_expand(w, m, q, &w->here, fmin(size, way));
+        ok = precise_settle(m, q) && precise_expand(w, m, q, &w->here, way);
         harm = 0;
         for (size_t j = 0; j < n && ok; j++)
             harm = fmax(harm, way * fabs(w->here.series[n + j].hi / w->here.scale - (isfinite(f[j]) ? f[j] : 0)) / m->scale[j]);
@@ -307,6 +307,23 @@ static bool turn(struct expansions *w, struct precise_march *m, double size)
                            : m->why == ODE_SINGULAR ? "a rank drops here: the field or the constraints are singular"
                            : "the vector field has no value beyond this time");
     return false;
+}
+
+bool precise_sides_cross(struct precise_march *m, double size)
+{
+    static const double NEXT = 8;          /* steps */
+    struct precise_sides *q = &m->sides;
+    if (!q->count || q->natural || m->method != &precise_series || m->p->turn)
+        return false;
+    struct expansions *w = m->state;
+    SGA_FREED bool *near = sga_calloc((size_t)q->count, sizeof *near);
+    bool any = false;
+    for (int e = 0; e < q->count; e++) {
+        const num_dd *g = precise_argument(w, &w->here, e);
+        double time = -g[0].hi / g[1].hi * w->here.scale * m->direction;
+        any |= near[e] = !q->side[e] || (time > 0 && time < NEXT * size);
+    }
+    return any && step_off(w, m, near, size) && precise_sides_settle(w, m, size);
 }
 
 /* Switches that are not held are off their surfaces by now? */

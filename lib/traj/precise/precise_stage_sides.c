@@ -22,6 +22,7 @@
 #define EXPECTED_FALL 0.2      /* of coefficients */
 #define LEAST_CUT 0.1
 #define ROUNDINGS 16.0         /* the largest that is seen at some nodes is not the largest that there is */
+#define SOLVED 1e-2            /* of the error allowed: what stages may still be off */
 #define REFINED 4              /* times that a place is found anew on the solution */
 #define NEAR 1e-6              /* of the step: a place is moved by no more there */
 
@@ -216,8 +217,8 @@ static num_dd refined(struct stage_sides *q, struct precise_march *m, int e, num
 static num_dd change_of(struct stage_sides *q, const struct precise_march *m, int e, const num_dd *g)
 {
     int side = m->sides.side[e], first = 1;
-    double lift = 2 * fmax(m->sides.rounding[e], fabs(g->hi));
-    if (!(side * g->hi > m->sides.rounding[e])) {      /* on the surface, or beyond by what steps err: roundings there are no change */
+    double lift = 2 * fmax(fmax(m->sides.rounding[e], SOLVED * m->sides.doubt[e]), -side * g->hi);
+    if (!(side * g->hi > lift)) {      /* on the surface, or beyond by what steps err: what is left of the stages there is no change */
         while (first < q->s && !(fabs(g[first].hi) > lift))
             first++;
         if (!(side * g[first].hi > 0))

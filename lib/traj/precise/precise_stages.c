@@ -186,7 +186,7 @@ static double correction(struct precise_stages *w)
     w->work += stage_matrix_solve_cost(w->matrix) / FLOPS;
     for (int k = 0; k < N; k++)
         sum += w->residual[k] * w->residual[k];
-    return sqrt(sum / N);
+    return N ? sqrt(sum / N) : 0;
 }
 
 /* The size of the stages in units, root mean square. */
