@@ -72,6 +72,8 @@ def happened(tally, label, t, events, fine):
         times = sorted(x for x in times if sense * (last - x) > 1e-6)
         near = 1e-6 if name == "touch" else 1e-12 if fine else 1e-4
         tally.check(len(told[name]) == len(times) and all(abs(x - y) < near for x, y in zip(told[name], times)), f"{label}: event {name}", (told[name], times))
+        senses = {e["direction"] for e in t["events"] if e["name"] == name}
+        tally.check(senses <= {"touch"} if name == "touch" else "touch" not in senses if name != "place" else senses <= {"up"}, f"{label}: the sense of {name}", senses)
         for e in [e for e in t["events"] if e["name"] == name and e["error"] is not None and times]:
             held.append(min(abs(float(e["t"]) - x) for x in times) <= e["error"] + 4e-16 * abs(float(e["t"])))
     return sum(held), len(held)

@@ -126,9 +126,10 @@ static int scan(struct over *w, const struct guard_way *way, const struct guard_
             lowest = sign && (lowest < 0 || fabs(v) < fabs(guard_value(table, lowest, e))) ? i : lowest;
             continue;
         }
-        if (sign && now != sign && (!event->direction || event->direction == now)) {
+        int sense = w->way < 0 ? -now : now;
+        if (sign && now != sign && (!event->direction || event->direction == sense)) {
             double s = guard_root(way, e, a, ga, table->theta[i], v, table->g);
-            found[count++] = (struct found){ s, slope_at(w, e, s), e, now };
+            found[count++] = (struct found){ s, slope_at(w, e, s), e, sense };
         } else if (sign == now && lowest >= 0 && !event->direction) {
             double s = table->theta[lowest];
             found[count++] = (struct found){ s > 2 * APART && s < 1 - 2 * APART ? touched(w, e, s) : s, 0, e, 0 };

@@ -220,5 +220,8 @@ bool precise_rescue(struct precise_march *m)
     c->on_trial = false;
     c->try_at = m->path->steps + c->wait;
     use(m, SERIES);
-    return m->method->begin(m->state, m, fabs(precise_rest(m).hi));
+    if (m->method->begin(m->state, m, fabs(precise_rest(m).hi)))
+        return true;
+    use(m, IMPLICIT);
+    return false;
 }

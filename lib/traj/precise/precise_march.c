@@ -370,10 +370,13 @@ static bool step(struct precise_march *m, double *cut)
     h = precise_within_knots(m, h);
     double size = fabs(h.hi), passed = fmax(fabs(m->here.t.hi), fabs(num_dd_sub(m->here.t, m->p->start).hi));
     bool refused = *cut < 1 && m->why != ODE_NONE, huge = precise_largest(m->here.x, m->n) > HUGE_STATE;
-    if (m->sides.count && size < SMALLEST_IMPLICIT * passed && size >= SMALLEST * passed && precise_rescue(m)) {
+    double since = fabs(num_dd_sub(m->here.t, m->p->start).hi);
+    if (m->sides.count && size < SMALLEST_IMPLICIT * since && size >= SMALLEST * since && precise_rescue(m)) {
         *cut = 1;
         return true;
     }
+    if (m->path->reason != ODE_NONE)
+        return false;
     double least = refused ? SMALLEST_REFUSED : m->sides.count ? SMALLEST_TO_CHANGE : SMALLEST;
     if (huge || !(size >= fmax(least * passed, LEAST_STEP))) {
         if (!huge && (!refused || (m->sides.count && m->why == ODE_LEFT_DOMAIN)) && precise_rescue(m)) {
