@@ -52,23 +52,22 @@ bool precise_land(struct precise_march *m)
     return false;
 }
 
-/* The switches' arguments at here. False: some have no value. */
-static bool arguments(struct precise_march *m, num_dd *g)
+bool precise_arguments(struct precise_march *m, num_dd t, const num_dd *x, num_dd *g, size_t step)
 {
     struct precise_sides *q = &m->sides;
     num_jet2_hold(q->surface, m->p->flow->surface);
     for (int j = 0; j < m->n; j++)
-        num_jet2_input(q->surface, j)[0] = m->here.x[j];
-    num_jet2_input(q->surface, m->n)[0] = m->here.t;
+        num_jet2_input(q->surface, j)[0] = x[j];
+    num_jet2_input(q->surface, m->n)[0] = t;
     bool ok = num_jet2_next(q->surface, 0);
     for (int e = 0; e < q->count; e++)
-        g[e] = num_jet2_root(q->surface, e)[0];
+        g[(size_t)e * step] = num_jet2_root(q->surface, e)[0];
     return ok;
 }
 
 void precise_note_arguments(struct precise_march *m)
 {
-    if (!arguments(m, m->sides.argument))
+    if (!precise_arguments(m, m->here.t, m->here.x, m->sides.argument, 1))
         for (int e = 0; e < m->sides.count; e++)
             m->sides.argument[e] = num_dd_of(NAN);
 }

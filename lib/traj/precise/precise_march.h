@@ -119,7 +119,9 @@ num_dd precise_after(const struct precise_march *m, num_dd h);
 /* precise_jump.c. m->here, on the constraints that hold now. Where these jump, what no equation differentiates is solved for anew, and of sums that are
  * differentiated the parts, in double first, which says where to. False: m->why, and here as it was. */
 bool precise_land(struct precise_march *m);
-/* Arguments of switches at here; and whether that of e jumped from `was` to what was noted last, off its surface (m->sides.doubt). */
+/* Arguments of switches at (t, x), into g, by steps of `step`; false: they have no values. */
+bool precise_arguments(struct precise_march *m, num_dd t, const num_dd *x, num_dd *g, size_t step);
+/* Those at here, into m->sides.argument (NaN where they have none); and whether that of e jumped from `was` to what was noted last, off its surface (m->sides.doubt). */
 void precise_note_arguments(struct precise_march *m);
 bool precise_leaps(const struct precise_sides *q, int e, num_dd was);
 /* Arguments are noted at here again; those that jumped to their other sides since turn their switches: how many. After so many rounds they turn each other without end. */

@@ -98,22 +98,6 @@ num_dd stage_sides_size(struct stage_sides *q, struct precise_march *m, num_dd h
     return w->to = h;
 }
 
-/* The arguments at x, into out (by steps of `step`). False: some have no value. */
-static bool arguments(struct precise_march *m, num_dd t, const num_dd *x, num_dd *out, size_t step)
-{
-    struct num_jet2 *jet = m->p->series;
-    for (int j = 0; j < m->n; j++)
-        num_jet2_input(jet, j)[0] = x[j];
-    num_jet2_input(jet, m->n)[0] = t;
-    bool ok = num_jet2_next(jet, 0);
-    for (int e = 0; e < m->sides.count; e++) {
-        num_dd g = num_jet2_root(jet, m->n + e)[0];
-        ok = ok && num_dd_finite(g);
-        out[(size_t)e * step] = g;
-    }
-    return ok;
-}
-
 /* What rounding leaves of the arguments shows in double, many times larger. */
 static void take_noise(struct stage_sides *q, const struct precise_march *m, num_dd t, const num_dd *x, const num_dd *g)
 {
@@ -133,14 +117,16 @@ static bool take_arguments(struct stage_sides *q, struct precise_march *m, const
 {
     size_t step = (size_t)q->s + 1;
     memset(q->noise, 0, (size_t)q->count * sizeof *q->noise);
-    bool ok = arguments(m, m->here.t, m->here.x, q->g, step);
+    bool ok = precise_arguments(m, m->here.t, m->here.x, q->g, step);
     for (int i = 0; i < q->s && ok; i++) {
         for (int j = 0; j < m->n; j++)
             q->x[j] = num_dd_add(m->here.x[j], st->z[i * m->n + j]);
         num_dd t = num_dd_add(m->here.t, num_dd_mul(st->formula->c[i], h));
-        ok = arguments(m, t, q->x, q->g + i + 1, step);
+        ok = precise_arguments(m, t, q->x, q->g + i + 1, step);
         take_noise(q, m, t, q->x, q->g + i + 1);
     }
+    for (size_t k = 0; k < (size_t)q->count * step && ok; k++)
+        ok = num_dd_finite(q->g[k]);
     return ok;
 }
 
@@ -202,7 +188,7 @@ static num_dd refined(struct stage_sides *q, struct precise_march *m, int e, num
     for (int k = 0; k < REFINED; k++) {
         num_dd t = num_dd_add(m->here.t, num_dd_mul(h, theta));
         m->method->value(m->state, m, t, q->x);
-        bool ok = arguments(m, t, q->x, q->g, 1);      /* what was there is in q->part */
+        bool ok = precise_arguments(m, t, q->x, q->g, 1);      /* what was there is in q->part */
         double move = -q->g[e].hi / slope_at(q, theta.hi);
         if (!ok || !(fabs(move) <= NEAR) || !(num_dd_add_d(theta, move).hi > 0))
             break;
@@ -312,13 +298,11 @@ bool stage_sides_pass(struct stage_sides *q, struct precise_march *m, double siz
     for (int e = 0; e < q->count; e++)
         turning |= sides->pending[e];
     if (!turning) {
-        look = !arguments(m, m->here.t, m->here.x, q->g, 1) || look;
+        look = !precise_arguments(m, m->here.t, m->here.x, q->g, 1) || look;
         for (int e = 0; e < q->count; e++)
             look |= !(sides->side[e] * q->g[e].hi > 0);      /* on the surface, or beyond by what steps err; or not held */
-        if (look && !precise_expand(w, m, &m->here, &w->here, size)) {
-            precise_end(m, ODE_LEFT_DOMAIN, "the vector field has no series beyond this time");
-            return false;
-        }
+        if (look && !precise_expand(w, m, &m->here, &w->here, size))
+            look = sides->natural;      /* no series here: the sides stay for another step */
     } else {
         struct expansion before = w->here;
         w->here = w->there;
