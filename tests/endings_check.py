@@ -122,8 +122,9 @@ def main():
                 continue
             why = same(base, (answer, refusal), rtol)
             tally.check(why is None, f"{number} in order {order}", f"{why}: {json.dumps(request)}")
-    tally.check(answered >= 0.7 * scaled(SYSTEMS), "answers", f"only {answered} are answered")
-    tally.check(ended >= 0.1 * scaled(SYSTEMS), "endings", f"only {ended} motions end")
+    if scaled(SYSTEMS) >= 20:         # of a few there may be none
+        tally.check(answered >= 0.7 * scaled(SYSTEMS), "answers", f"only {answered} are answered")
+        tally.check(ended >= 0.1 * scaled(SYSTEMS), "endings", f"only {ended} motions end")
     units(tally, solver, first)
     return tally.end()
 
