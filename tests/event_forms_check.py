@@ -6,6 +6,8 @@ import json
 import random
 import sys
 
+import mpmath
+
 from solver import Crash, Solver
 from tally import Tally, build_folder, scale, scaled, seed
 
@@ -130,6 +132,34 @@ def small_before_large(solver, tally):
                 tally.check(t and abs(t["rows"][-1][1] - 1 - 3 * a / 2) <= max(1e-11, 1e-1 * rtol) and t["error_estimate"] <= 100 * rtol and len(t["events"]) == 1, f"a switch of weight {weight} {d} before another, rtol {rtol}", json.dumps(t["rows"][-1] if t else problem))
 
 
+FACTORS = [("{g}", 1), ("10^(-40)*({g})", 1), ("-({g})*10^200", -1), ("({g})^3", 1), ("({g})^2", 0)]
+
+
+def behind(solver, tally, rng):
+    """What follows sin t with a lag of 1/k is (k^2 sin t - k cos t)/(k^2 + 1), and meets it again where tan t = -k, so that their difference is as small as 1/k all the way. Whatever
+    the function is multiplied by, each passage is told once, at its time to the error that is said, where double sees the difference as what its tolerances leave too."""
+    digits = rng.choice([2, 3, 5, 6, 8, 9, 11, 12])
+    k, (form, sense), rtol = rng.randint(1, 9) * 10**digits, rng.choice(FACTORS), rng.choice([1e-15, 1e-18, 1e-22])
+    method = rng.choice(["auto", "radau"] + ["taylor"] * (digits < 3))
+    arithmetic = rng.choice(["auto", "double-double"])
+    name = f"lag 1/{k}, {method}, {arithmetic}, {rtol}: {form}"
+    result, problem = solver.solve({"system": {"form": "equations", "variables": ["y"], "equations": [f"y' = {k}*(sin(t) - y)"]}, "want": ["trajectory"],
+                                    "accuracy": {"rtol": rtol, "atol": rtol, "method": method, "arithmetic": arithmetic},
+                                    "trajectory": {"stop": 8, "samples": 3, "initial": {"y": f"-{k}/({k}^2 + 1)"}, "events": [{"name": "e", "expression": form.format(g="sin(t) - y")}]}})
+    if not tally.check(result is not None, name, json.dumps(problem)[:300]):
+        return []
+    t = result["trajectory"]
+    told, first = t["events"], mpmath.pi / 2 + mpmath.atan(mpmath.mpf(1) / k)
+    senses = [{-1: "down", 0: "touch", 1: "up"}[(-1) ** (i + 1) * sense] for i in range(3)]
+    late = [abs(mpmath.mpf(getattr(e["t"], "text", e["t"])) - first - i * mpmath.pi) for i, e in enumerate(told)]
+    tally.check([e["direction"] for e in told] == senses and t["ended"] is None, name, json.dumps([told, t["ended"]])[:500])
+    tally.check(all(e["error"] is not None and d <= 10 * e["error"] for e, d in zip(told, late)), f"{name}: errors", json.dumps([[e["error"], float(d)] for e, d in zip(told, late)]))
+    # what a touch is known to: where the difference is no more than the tolerance
+    most = 1e3 * rtol * k if sense else 1e3 * rtol * k**2
+    tally.check(all(d <= min(most, 1e-3) for d in late), f"{name}: times", json.dumps([float(d) for d in late]))
+    return [d <= e["error"] for e, d in zip(told, late)]
+
+
 def in_balls(solver, tally, rng, n):
     """In balls what is told is that of double-double, up to where the motion ends, or is said to be undecided; functions that do not jump are all told."""
     system, initial, u, w = motion(rng)
@@ -189,6 +219,9 @@ def main():
         except Crash as e:
             tally.check(False, f"motion {n}", str(e))
     through = sum(in_balls(forms.solver, tally, rng, n) for n in range(scaled(80)))
+    mpmath.mp.dps = 60
+    held = [one for _ in range(scaled(60)) for one in behind(forms.solver, tally, rng)]
+    tally.check(sum(held) >= 0.97 * len(held) - 2, "errors of times hold", f"{sum(held)} of {len(held)}")
     for n in range(scaled(25)):
         at_slides(forms.solver, tally, rng, n)
     small_before_large(forms.solver, tally)

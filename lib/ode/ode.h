@@ -71,6 +71,12 @@ struct ode_event {
 };
 
 enum { ODE_SIDE_TOLD = 0, ODE_SIDE_FRESH = 2 };
+/* How many events a motion of n variables may have: the states there are kept. */
+static inline int ode_most_events(int n)
+{
+    enum { MOST_FOUND = 100000, MOST_NUMBERS = 10000000 };
+    return MOST_NUMBERS / (n + 1) < MOST_FOUND ? MOST_NUMBERS / (n + 1) : MOST_FOUND;
+}
 
 /* One event found. */
 struct ode_happening {

@@ -130,7 +130,7 @@ static bool integrate(struct job *j, const struct sga_solution *solution, struct
     go_by_sides(pieces, &j->request->system, solution, r, t);
     if (r->arithmetic == TRAJ_BALL)
         return job_goes_on(j);
-    if (r->arithmetic != TRAJ_AUTO || r->exact_time || r->events || !(t->shortfall || t->rounded) || t->beside || t->out_of_time)
+    if (r->arithmetic != TRAJ_AUTO || r->exact_time || traj_in_pieces(r) || !(t->shortfall || t->rounded) || t->beside || t->out_of_time)
         return true;
     struct traj_result again;
     struct sga_error ignored = { 0 };

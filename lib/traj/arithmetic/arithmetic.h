@@ -1,5 +1,5 @@
 /* Inside the traj folder: the arithmetic of a motion. Double is tried where it may reach the tolerances; double-double where it cannot, where
- * rounding shows, and where it is asked for, on events that were found in double; the better of two motions is kept. */
+ * rounding shows, and where it is asked for; the better of two motions is kept. */
 #ifndef SGA_TRAJ_ARITHMETIC_H
 #define SGA_TRAJ_ARITHMETIC_H
 

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "beside.h"
+#include "guard_beside.h"
 #include "field.h"
 #include "jump_impulse.h"
 #include "jump_slope.h"
@@ -140,9 +140,9 @@ static double value_beside(void *ctx, int k, double by)
 static double rounding(struct jump *j, int e, double t, const double *x)
 {
     double g = events_at(j, t, x, 0, NULL)[e], sum = 4 * DBL_EPSILON * fabs(g);
-    const struct ode_beside b = { value_beside, &(struct beside){ j, e }, j->n };
+    const struct guard_beside b = { value_beside, &(struct beside){ j, e }, j->n };
     for (int k = 0; k < j->n; k++)
-        sum += ode_beside_change(&b, g, k, ROUNDING * fabs(j->in[k]), NULL);
+        sum += guard_beside_change(&b, g, k, ROUNDING * fabs(j->in[k]), NULL);
     return sum;
 }
 
@@ -169,10 +169,10 @@ double jump_function(struct jump *j, int e, double t, const double *x) { return 
 bool jump_at_zero(struct jump *j, int e, double t, const double *x)
 {
     double size = size_of(j, x), g = jump_function(j, e, t, x), sum = rounding(j, e, t, x);
-    const struct ode_beside b = { value_beside, &(struct beside){ j, e }, j->n };
+    const struct guard_beside b = { value_beside, &(struct beside){ j, e }, j->n };
     events_at(j, t, x, 0, NULL);
     for (int k = 0; k < j->n; k++)
-        sum += ode_beside_change(&b, g, k, AT_ZERO * size, NULL);
+        sum += guard_beside_change(&b, g, k, AT_ZERO * size, NULL);
     return fabs(g) <= sum;
 }
 
@@ -180,16 +180,16 @@ bool jump_function_jumps(struct jump *j, int e, double t, const double *x, const
 {
     double size = size_of(j, x), h = v ? look_ahead(j, x, v) : 0, g = events_at(j, t, x, 0, NULL)[e];
     bool along = g * events_at(j, t, x, h, v)[e] > 0 && g * events_at(j, t, x, -h, v)[e] > 0;
-    const struct ode_beside b = { value_beside, &(struct beside){ j, e }, j->n + 1 };
+    const struct guard_beside b = { value_beside, &(struct beside){ j, e }, j->n + 1 };
     SGA_FREED double *around = sga_malloc((size_t)(j->n + 1) * sizeof *around);
     events_at(j, t, x, 0, NULL);
     for (int k = 0; k < j->n; k++)
         around[k] = JUMP * size;
     around[j->n] = JUMP * fmax(fabs(t), fabs(j->rq->times[j->rq->samples - 1] - j->rq->start));
-    bool any = ode_beside_jumps(&b, around);
+    bool any = guard_beside_jumps(&b, around);
     for (int k = 0; k <= j->n; k++)
-        around[k] *= ODE_BESIDE_NEARER;
-    *over = any && !(along && ode_beside_steady(&b, around));
+        around[k] *= GUARD_BESIDE_NEARER;
+    *over = any && !(along && guard_beside_steady(&b, around));
     return any;
 }
 

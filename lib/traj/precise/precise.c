@@ -209,7 +209,7 @@ static const char *refine(struct precise *p, struct outcome *o, struct traj_resu
     solve_first(p, rtol, atol, o);
     if (rows_are_kept(p->rq) && o->path.reason == ODE_TIME_LIMIT && o->path.count)
         return keep_rows(p, rtol, atol, o, r);
-    for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path) && !o->path.lost; solutions++) {
+    for (int solutions = 1; solutions < MOST_SOLUTIONS && !out_of_budget(&o->path); solutions++) {
         struct outcome next;
         double before = o->worst, apart_before = apart;
         assert(ratio >= 2);       /* solutions nearer to each other say nothing of their errors */
@@ -334,15 +334,6 @@ static void keep_events(struct precise *p, const struct outcome *o, struct traj_
     free(value);
 }
 
-static bool lost(const struct precise *p, const struct outcome *o, struct sga_error *err)
-{
-    assert(o->path.lost > 0 && o->path.lost <= p->guide->happened);
-    double t = p->guide->happening[o->path.lost - 1].t;
-    return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/events", "what happens is found in double first, and the event at %.10g was not "
-                       "seen again there in double-double: the motion amplifies rounding too much; ask for an earlier stop, leave "
-                       "trajectory.events out, or use \"double\"", t);
-}
-
 static void precise_clear(struct precise *p)
 {
     charts_return(p->flow);
@@ -398,18 +389,18 @@ bool precise_place(const struct sys_system *sys, const struct sga_solution *sol,
 }
 
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                 const struct traj_result *guide, struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
+                 struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err)
 {
     struct traj_request timed;
     struct sga_budget until;
-    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rows_are_kept(rq) ? rows_request(rq, rq->rows_until, &timed, &until) : rq, .n = f->n, .guide = guide, .limits = limits };
+    struct precise p = { .flow = f, .sys = sys, .sol = sol, .rq = rows_are_kept(rq) ? rows_request(rq, rq->rows_until, &timed, &until) : rq, .n = f->n, .limits = limits };
     struct outcome o = { 0 };
-    charts_return(f);          /* the guide may have ended in another one */
+    charts_return(f);
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
     p.constraint = num_jet2_new(f->manifold.tape, 1);
     p.output = f->output ? num_jet2_new(f->output, 0) : NULL;
-    if (guide) {
+    if (rq->events) {
         p.event = num_jet2_new(f->event, 1);
         p.velocity = num_jet2_new(f->field.plain, 0);
     }
@@ -424,13 +415,11 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
         keep(&p, &o, r);
         for (int j = 0; j < f->n; j++)
             r->initial[j] = p.x[j].hi;
-        if (guide)
+        if (rq->events)
             keep_events(&p, &o, r);
         r->out_of_time = rows_are_kept(rq) && (out_of_budget(&o.path) || sga_now() >= rq->rows_until);
         if (out_of_budget(&o.path) || !rows_may_end(rq, NULL))
             ok = rows_may_end(rq, err) && rows_beyond_start(rq, r->rows, err);
-        else if (o.path.lost)
-            ok = lost(&p, &o, err);
         *reason = o.path.reason;
     }
     clear(&o);

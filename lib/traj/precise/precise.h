@@ -31,7 +31,6 @@ struct precise {
     struct num_jet2 *series; int order;       /* of the field, from */
     struct num_tape *field;                   /* with the arguments of the switches after it */
     struct num_jet2 *values;                  /* of the field: its values alone, for implicit steps; NULL at first */
-    const struct traj_result *guide;          /* the motion in double, with what happens on it; NULL: no events */
     struct num_jet2 *event, *velocity;        /* of the events, to order 1; of the field; NULL: no events */
     struct precise_chart *chart; int charts, at;      /* by chart: what is not in use of the members above; the one in use */
     struct precise_turn *turn;                /* NULL: no derivatives that jump with switches */
@@ -69,7 +68,6 @@ struct precise_path {
     struct precise_event *event; int events; size_t event_cap;
     signed char *held;         /* by switch of the field: the side that it was held on at the end; or NULL */
     int kept;                  /* events of the steps that were taken */
-    int lost;                  /* 1 + the event of the guide that was not seen again; 0: none */
 };
 
 /* precise_point.c. The values of the request's exact constants: p->start, p->time, and x set to
@@ -93,7 +91,9 @@ void precise_charts_clear(struct precise *p);
 
 /* precise_march.c. beside: start and field are wrong by a rounding, on purpose. */
 void precise_march(struct precise *p, double rtol, double atol, bool beside, struct precise_path *path);
-/* precise_event.c. Frees the path's lists; the errors of a's events by those of b, which was solved less tightly: the largest
+/* precise_path.c. Events from this one on are not told. */
+void precise_forget_events(struct precise_path *path, int events);
+/* Frees the path's lists; the errors of a's events by those of b, which was solved less tightly: the largest
  * over what is allowed, touches left out, which have no time as sharp as the tolerances. */
 void precise_path_clear(struct precise_path *path);
 /* Events beyond t, in the direction of the motion, are not told. */
@@ -109,9 +109,8 @@ bool precise_place(const struct sys_system *sys, const struct sga_solution *sol,
 char *precise_digits(num_dd v, double error);
 /* precise.c. May it be tried? (A field given by expressions.) *why: if not. */
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why);
-/* Fills the samples, events, errors and endings of r (r->initial, r->moved are known). guide: the motion in double, with its
- * events; NULL where none are asked for. False: err. *reason: of its end. */
+/* Fills the samples, events, errors and endings of r (r->initial, r->moved are known). False: err. *reason: of its end. */
 bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
-                 const struct traj_result *guide, struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err);
+                 struct precise_limits limits, enum ode_reason *reason, struct traj_result *r, struct sga_error *err);
 
 #endif

@@ -45,7 +45,7 @@ bool precise_follow_chart(struct precise *p)
     if (!c->constraint)
         c->constraint = num_jet2_new(p->flow->manifold.tape, 1);
     c->field = c->field ? c->field : precise_field(p);
-    if (p->guide && !c->velocity)
+    if (p->event && !c->velocity)
         c->velocity = num_jet2_new(p->flow->field.plain, 0);
     if (c->order != order) {
         num_jet2_free(c->series);

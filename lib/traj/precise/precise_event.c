@@ -1,205 +1,74 @@
-/* Events in double-double. What happens is found in double first (lib/ode/event.c), which tells several zeros in
- * one step apart; here each is located on the solution in double-double: a change of sign near the time found by
- * regula falsi with halving (Illinois), a touch as a zero of the derivative along the motion, where the value then
- * says whether it was a touch, two passages, or none. One that is not seen again within its surroundings is an
- * error: the two solutions are not the same motion there. */
+/* Events in double-double. Each step is a way of their functions (guard.h), whose values are those of the solution in double-double: what passes 0, and
+ * what comes near to it, is found on a table of them, and followed from step to step (guard_track.h), as in double. Places are then found to all digits on
+ * the solution: a change of sign by regula falsi with halving (Illinois), a touch as a zero of the derivative along the motion, where the value says
+ * whether it was a touch, two passages, or none. */
 #include <assert.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "flow.h"
+#include "guard_track.h"
 #include "mem.h"
+#include "ode.h"
 #include "sizes.h"
 #include "tolerance.h"
 #include "trajectory.h"
 #include "watch.h"
-#include "precise_march.h"
+#include "precise_look.h"
 
-/* Where it is looked for: so many errors of the time found at first, then ever wider; touches are known to half the digits. */
-#define ERRORS 8.0
-#define LEAST_REACH 1e-13
-#define LEAST_TOUCH_REACH 1e-7
-#define WIDER 8.0
-/* Up to this part of the step, and of the way to the next event of the same function. */
-#define MOST_REACH 0.1
-#define APART 0.45
+/* Of times: as one. */
+#define SAME_TIME 1e-13
+/* Of a step: where the least value is looked for around its place in double, and ever wider up to this part of the way to the nodes beside it. */
+#define LEAST_REACH 1e-7
+#define MOST_REACH 0.999
 /* Times that a root is found anew on the constraints, and the part of the step that it may move by. */
 enum { REFINED = 3 };
 #define NEAR_ROOT 1e-6
-/* Of a change in a bracket: one that is a jump beside the root. */
-#define MUCH 1e-3
-/* A step's sums are good to so many roundings. */
-#define ROUNDINGS 256.0
+/* Of a variable's size: where jumps of functions are looked for around an event's place. */
+#define PLACE 1e-4
+/* Roundings of a time: an event so near to the last time is at it. */
+#define AT_LAST 64.0
 
-struct look {
-    struct precise_march *m;
-    int event;
-    bool slope;                /* the derivative along the motion, not the function */
-    num_dd *x;
+struct place { num_dd t; int event, direction; bool jump; };
+
+struct precise_watch {
+    struct guard_track *now, *next;    /* by event, where the present step begins; where the step attempted ends */
+    bool over;                 /* the budget ended while events were looked for */
+    bool *back;                /* by event: what was a passage at the end of the step before is a touch */
+    struct guard_table table;
+    struct guard_way way;
+    double *noise;
+    num_dd *x;                 /* n + 1: the solution where it was asked for last */
+    struct place *place; int places; size_t place_cap;
 };
 
-/* The solution at t, and the function or its derivative. */
-static num_dd at(const struct look *q, num_dd t)
-{
-    struct precise *p = q->m->p;
-    int n = p->n;
-    q->m->method->value(q->m->state, q->m, t, q->x);
-    for (int j = 0; j <= n; j++) {
-        num_jet2_input(p->event, j)[0] = j < n ? q->x[j] : t;
-        num_jet2_input(p->velocity, j)[0] = j < n ? q->x[j] : t;
-    }
-    bool ok = num_jet2_next(p->event, 0);
-    if (!q->slope)
-        return num_jet2_root(p->event, q->event)[0];
-    ok = num_jet2_next(p->velocity, 0) && ok;
-    for (int j = 0; j <= n; j++)
-        num_jet2_input(p->event, j)[1] = j < n ? num_jet2_root(p->velocity, j)[0] : num_dd_of(1);
-    ok = ok && num_jet2_next(p->event, 1);
-    return ok ? num_jet2_root(p->event, q->event)[1] : num_dd_of(NAN);
-}
+static struct precise_look look_for(struct precise_march *m, int event) { return (struct precise_look){ .m = m, .event = event, .x = m->watch->x }; }
 
-/* The change of sign between a and b; the values there are not of one sign. */
-static num_dd root(const struct look *q, num_dd a, num_dd ga, num_dd b, num_dd gb)
-{
-    assert(!(ga.hi * gb.hi > 0) && !num_dd_less(b, a));
-    double least = 2 * NUM_DD_EPSILON * fmax(fabs(a.hi), fabs(q->m->there.t.hi - q->m->here.t.hi));
-    for (int k = 0; k < 300 && gb.hi != 0 && fabs(num_dd_sub(b, a).hi) > least; k++) {
-        num_dd way = num_dd_sub(b, a), s = num_dd_add(a, num_dd_mul(way, num_dd_div(ga, num_dd_sub(ga, gb))));
-        double part = num_dd_sub(s, a).hi / way.hi;
-        if (!(part > 0 && part < 1) || k % 6 == 5)
-            s = num_dd_add(a, num_dd_scale(way, 0.5));
-        num_dd g = at(q, s);
-        if (!num_dd_finite(g) || g.hi == 0)
-            return s;
-        if ((g.hi > 0) == (ga.hi > 0)) {
-            a = s;
-            ga = g;
-            gb = num_dd_scale(gb, 0.5);
-        } else {
-            b = s;
-            gb = g;
-            ga = num_dd_scale(ga, 0.5);
-        }
-    }
-    return b;
-}
-
-/* Both ends of the first interval around the time found that the function changes its sign in: up for sense > 0, down for < 0,
- * either for 0. */
-static bool bracket(const struct look *q, double t, double from, double most, int sense, num_dd out[4])
-{
-    for (double reach = fmin(from, most); ; reach = fmin(WIDER * reach, most)) {
-        num_dd a = num_dd_sub(num_dd_of(t), num_dd_of(reach)), b = num_dd_add(num_dd_of(t), num_dd_of(reach));
-        num_dd ga = at(q, a), gb = at(q, b);
-        bool up = ga.hi <= 0 && gb.hi >= 0, down = ga.hi >= 0 && gb.hi <= 0;
-        if ((up && sense >= 0) || (down && sense <= 0)) {
-            out[0] = a, out[1] = ga, out[2] = b, out[3] = gb;
-            return true;
-        }
-        if (reach >= most)
-            return false;
-    }
-}
-
-/* How far from guide k one may look. */
-static double most_reach(const struct precise_march *m, int k)
-{
-    const struct traj_result *g = m->p->guide;
-    double most = MOST_REACH * fabs(num_dd_sub(m->there.t, m->here.t).hi);
-    for (int i = 0; i < g->happened; i++)
-        if (i != k && g->happening[i].event == g->happening[k].event)
-            most = fmin(most, APART * fabs(g->happening[i].t - g->happening[k].t));
-    return most;
-}
-
-/* By how much the function changes at t with changes of x by the errors allowed, or (rounding) by some roundings of what it is in
- * the step, in each variable. */
-static double doubt(const struct look *q, num_dd t, bool rounding)
-{
-    const struct precise_march *m = q->m;
-    struct precise *p = m->p;
-    num_dd g = at(q, t);
-    double sum = 16 * NUM_DD_EPSILON * fabs(g.hi);
-    for (int j = 0; j < p->n; j++) {
-        double size = fmax(fabs(q->x[j].hi), fmax(fabs(m->here.x[j].hi), fabs(m->there.x[j].hi)));
-        num_jet2_input(p->event, j)[0] = num_dd_add_d(q->x[j], rounding ? ROUNDINGS * NUM_DD_EPSILON * size : m->scale[j]);
-        if (num_jet2_next(p->event, 0))
-            sum += fabs(num_dd_sub(num_jet2_root(p->event, q->event)[0], g).hi);
-        num_jet2_input(p->event, j)[0] = q->x[j];
-    }
-    return sum;
-}
-
-static num_dd value_at(const struct look *q, num_dd t, const num_dd *x)
-{
-    struct precise *p = q->m->p;
-    for (int j = 0; j <= p->n; j++)
-        num_jet2_input(p->event, j)[0] = j < p->n ? x[j] : t;
-    num_jet2_next(p->event, 0);
-    return num_jet2_root(p->event, q->event)[0];
-}
-
-/* The sign of the function at t, also where x is another by roundings; 0: it has no one sign. */
-static int steady_sign(const struct look *q, num_dd t)
-{
-    const struct precise_march *m = q->m;
-    struct precise *p = m->p;
-    int sign = at(q, t).hi > 0 ? 1 : -1;
-    bool steady = true;
-    for (int j = 0; j < p->n && steady; j++) {
-        double by = ROUNDINGS * NUM_DD_EPSILON * fmax(fabs(q->x[j].hi), fmax(fabs(m->here.x[j].hi), fabs(m->there.x[j].hi)));
-        for (int side = -1; side <= 1; side += 2) {
-            num_jet2_input(p->event, j)[0] = num_dd_add_d(q->x[j], side * by);
-            steady &= num_jet2_next(p->event, 0) && num_jet2_root(p->event, q->event)[0].hi * sign > 0;
-        }
-        num_jet2_input(p->event, j)[0] = q->x[j];
-    }
-    return steady ? sign : 0;
-}
-
-/* How far from t, where the function jumps over 0, roundings of x can make it do so. */
-static double wander(const struct look *q, num_dd t)
-{
-    double step = fabs(num_dd_sub(q->m->there.t, q->m->here.t).hi), s = 16 * NUM_DD_EPSILON * fmax(fabs(t.hi), step);
-    while (s < step && steady_sign(q, num_dd_add_d(t, s)) * steady_sign(q, num_dd_add_d(t, -s)) >= 0)
-        s *= 4;
-    return s;
-}
-
-/* Whether the function jumps over 0 at t: beside it, it changes by much of what it does in the bracket. */
-static bool jumps(const struct look *q, num_dd t, const num_dd b[4])
-{
-    double aside = pow(NUM_DD_EPSILON, 0.75) * fmax(fabs(t.hi), fabs(num_dd_sub(q->m->there.t, q->m->here.t).hi));
-    double change = fabs(num_dd_sub(at(q, num_dd_add_d(t, aside)), at(q, num_dd_add_d(t, -aside))).hi);
-    return num_dd_sub(b[2], b[0]).hi > 4 * aside && change > MUCH * fabs(num_dd_sub(b[3], b[1]).hi);
-}
-
-static bool add(const struct look *q, int direction, num_dd t, bool jump)
+/* Into the path, with the point of the constraints there. */
+static bool deliver(const struct precise_look *q, int direction, num_dd t, bool jump)
 {
     struct precise_march *m = q->m;
     struct precise_path *path = m->path;
-    int wanted = m->p->rq->event[q->event].direction;
     double moved, residual;
-    if (wanted && wanted != direction)
-        return true;
     SGA_RESERVE(path->event, path->event_cap, path->events + 1);
     struct precise_event *e = path->event + path->events++;
-    struct look slope = *q;
+    struct precise_look slope = *q;
     slope.slope = true;
-    double rate = fabs(at(&slope, t).hi);
+    double rate = fabs(precise_look_at(&slope, t).hi);
     *e = (struct precise_event){ .event = q->event, .direction = direction, .t = t, .error = INFINITY,
-                                 .floor = !direction ? 0 : jump ? wander(q, t) : rate > 0 ? doubt(q, t, true) / rate : 0,
+                                 .floor = !direction ? 0 : jump ? precise_look_wander(q, t) : rate > 0 ? precise_look_doubt(q, t, true) / rate : 0,
                                  .x = sga_malloc((size_t)(m->n + 1) * sizeof *e->x) };
     m->method->value(m->state, m, t, e->x);
     bool ok = precise_project(m->p, t, e->x, m->scale, NULL, &moved, &residual);
     /* on the constraints it is a little beside its 0 again */
     for (int k = 0; k < REFINED && ok && e->floor > 0 && !jump; k++) {
-        num_dd g = value_at(q, e->t, e->x);
+        num_dd g = precise_look_value(q, e->t, e->x);
         double back = fabs(g.hi) / rate;
         if (!(back > e->floor && back <= fabs(num_dd_sub(m->there.t, m->here.t).hi) * NEAR_ROOT))
             break;
-        num_dd next = num_dd_sub(e->t, num_dd_div(g, at(&slope, e->t)));
+        num_dd next = num_dd_sub(e->t, num_dd_div(g, precise_look_at(&slope, e->t)));
         m->method->value(m->state, m, next, e->x);
         ok = precise_project(m->p, next, e->x, m->scale, NULL, &moved, &residual);
         e->t = next;
@@ -207,209 +76,268 @@ static bool add(const struct look *q, int direction, num_dd t, bool jump)
     return ok;
 }
 
-/* A touch where a switch turns, as that of y = |x|: the step's polynomial goes on straight there. It may be there already, or
- * be none: the value stays on its side. */
-static bool touch_at_turn(const struct look *q, double t, double from)
+/* Where in the step, in the order of the solution's values. */
+static num_dd time_at(const struct precise_march *m, double s)
 {
-    const struct precise_march *m = q->m;
-    const struct precise_path *path = m->path;
-    const struct precise_point *end[2] = { &m->here, &m->there };
-    for (int i = 0; i < path->events; i++)
-        if (path->event[i].event == q->event && path->event[i].direction == 0 && fabs(path->event[i].t.hi - t) <= from)
-            return true;
-    for (int i = 0; i < 2 && m->sides.count; i++) {
-        if (!(fabs(end[i]->t.hi - t) <= from))
-            continue;
-        double g = at(q, end[i]->t).hi, least = doubt(q, end[i]->t, false), inside = (i ? -from : from) * m->direction;
-        if (fabs(g) <= least)
-            return add(q, 0, end[i]->t, false);
-        if (g * at(q, num_dd_add_d(end[i]->t, inside)).hi > 0)
-            return true;
-    }
-    return false;
+    return s <= 0 ? m->here.t : s >= 1 ? m->there.t : num_dd_add(m->here.t, num_dd_mul_d(num_dd_sub(m->there.t, m->here.t), s));
 }
 
-/* Double may take such a touch for two passages. */
-static bool one_of_two(const struct precise_march *m, int k, double from)
+static void values_at(struct precise_march *m, num_dd t, const num_dd *x, double *g)
 {
-    const struct traj_result *g = m->p->guide;
-    const struct traj_happening *h = g->happening + k;
-    bool two = false;
-    for (int i = 0; i < g->happened && m->sides.count; i++)
-        two |= g->happening[i].event == h->event && g->happening[i].direction == -h->direction && fabs(g->happening[i].t - h->t) <= from;
-    return two;
+    struct precise *p = m->p;
+    for (int j = 0; j <= p->n; j++)
+        num_jet2_input(p->event, j)[0] = j < p->n ? x[j] : t;
+    num_jet2_next(p->event, 0);
+    for (int e = 0; e < p->rq->events; e++)
+        g[e] = num_jet2_root(p->event, e)[0].hi;
 }
 
-/* The function is past zero at its greatest value (side 1) or its least (-1), at s: the passages before and after it, in the
- * order of the motion. */
-static bool two_passages(const struct look *q, num_dd s, int side, double from, double most)
+static void on_way(void *of, double s, double *g)
 {
-    num_dd g = at(q, s);
-    for (double reach = fmin(from, most); ; reach = fmin(WIDER * reach, most)) {
-        num_dd a = num_dd_add_d(s, -reach), b = num_dd_add_d(s, reach), ga = at(q, a), gb = at(q, b);
-        if (ga.hi * side <= 0 && gb.hi * side <= 0) {
-            num_dd before = root(q, a, ga, s, g), after = root(q, s, g, b, gb);
-            return q->m->direction > 0 ? add(q, side, before, false) && add(q, -side, after, false) : add(q, -side, after, false) && add(q, side, before, false);
-        }
-        if (reach >= most)
-            return false;
-    }
+    struct precise_march *m = of;
+    num_dd t = time_at(m, s), *x = m->watch->x;
+    m->method->value(m->state, m, t, x);
+    values_at(m, t, x, g);
 }
 
-/* What was a touch in double. */
-static bool touch(struct look *q, double t, double from, double most)
+static void at_end(void *of, bool last, double *g)
 {
-    num_dd b[4];
-    q->slope = true;
-    bool found = bracket(q, t, from, most, 0, b);
-    num_dd s = found ? root(q, b[0], b[1], b[2], b[3]) : num_dd_of(t);
-    q->slope = false;
-    num_dd g = at(q, s);
-    if (!found)
-        return touch_at_turn(q, t, from);
-    if (fabs(g.hi) <= doubt(q, s, false))
-        return add(q, 0, s, false);
-    int side = b[1].hi > b[3].hi ? 1 : -1;
-    return g.hi * side < 0 || two_passages(q, s, side, from, most);
+    struct precise_march *m = of;
+    const struct precise_point *q = last ? &m->there : &m->here;
+    values_at(m, q->t, q->x, g);
 }
 
-/* An event found in double is at this place, to its roundings. */
-static bool is_at(const struct precise_march *m, int k, num_dd t)
+/* One of the functions beside a point; the last argument is time. */
+struct beside { struct precise_march *m; int event; num_dd t; const num_dd *x; };
+
+static double value_beside(void *ctx, int j, double by)
 {
-    double size = fmax(fabs(m->there.t.hi), fabs(m->here.t.hi));
-    return fabs(m->p->guide->happening[k].t - t.hi) <= LEAST_REACH * size;
+    const struct beside *b = ctx;
+    struct precise *p = b->m->p;
+    for (int i = 0; i <= p->n; i++)
+        num_jet2_input(p->event, i)[0] = num_dd_add_d(i < p->n ? b->x[i] : b->t, i == j ? by : 0);
+    num_jet2_next(p->event, 0);
+    return num_jet2_root(p->event, b->event)[0].hi;
 }
 
-/* The step ends at a knot of a table and so does the event: what it passes may jump over 0 there, which the next step begins with. */
-static bool at_next_knot(const struct precise_march *m, int k)
+static double error_of(void *ctx, int j, enum guard_errors which)
 {
+    const struct beside *b = ctx;
+    const struct precise_march *m = b->m;
     const struct precise *p = m->p;
-    return m->passed_knots < p->knots.count && num_dd_sub(m->there.t, p->knot[m->passed_knots]).hi == 0 && is_at(m, k, m->there.t);
+    bool time = j == m->n;
+    double last = p->time[p->rq->samples - 1].hi, passing = fmax(fabs(b->t.hi), fabs(last - b->t.hi));
+    double size = time ? passing : fabs(b->x[j].hi), unit = time ? passing : fmax(size, p->flow->sizes->unit[j]);
+    return which == GUARD_TOLD ? PRECISE_ROUNDINGS * NUM_DD_EPSILON * size : which == GUARD_FOUND ? PRECISE_ROUNDINGS * NUM_DD_EPSILON * unit : which == GUARD_PLACE ? PLACE * unit
+           : m->scale[j];
 }
 
-/* It began at one, where a function jumped to the side that the event leads to. */
-static bool jumped(const struct look *q, int k)
+static double doubt_at(struct precise_march *m, int e, const struct precise_point *q)
 {
-    const struct precise_march *m = q->m;
-    const struct precise *p = m->p;
-    int sense = p->guide->happening[k].direction;
-    bool begins = m->passed_knots > 0 && num_dd_sub(m->here.t, p->knot[m->passed_knots - 1]).hi == 0 && is_at(m, k, m->here.t);
-    return begins && at(q, m->here.t).hi * sense * m->direction > 0 && add(q, sense, m->here.t, false);
+    struct beside at = { m, e, q->t, q->x };
+    const struct guard_point p = { { value_beside, &at, m->n + 1 }, error_of, 16 * NUM_DD_EPSILON };
+    return guard_doubt(&p, GUARD_ALLOWED, NULL);
 }
 
-/* Guide k, in the last step attempted. */
-static bool locate(struct look *q, int k)
+static double doubt_at_end(void *of, int e, bool last)
 {
-    const struct traj_happening *h = q->m->p->guide->happening + k;
-    double size = fmax(fabs(h->t), fabs(q->m->there.t.hi - q->m->here.t.hi)), most = most_reach(q->m, k);
-    double from = fmax((h->direction ? LEAST_REACH : LEAST_TOUCH_REACH) * size, isfinite(h->error) ? ERRORS * h->error : 0);
-    num_dd b[4];
-    q->event = h->event;
-    if (h->direction == 0)
-        return touch(q, h->t, from, most);
-    if (one_of_two(q->m, k, from) && touch_at_turn(q, h->t, from))
-        return true;
-    if (bracket(q, h->t, from, most, h->direction, b)) {
-        num_dd t = root(q, b[0], b[1], b[2], b[3]);
-        return add(q, h->direction, t, jumps(q, t, b));
-    }
-    return jumped(q, k);
+    struct precise_march *m = of;
+    const struct guard_table *w = &m->watch->table;
+    double by_time = PRECISE_ROUNDINGS * NUM_DD_EPSILON * fmax(fabs(m->here.t.hi), fabs(m->there.t.hi)) / fabs(num_dd_sub(m->there.t, m->here.t).hi);
+    return doubt_at(m, e, last ? &m->there : &m->here) + (last ? 0 : by_time * fabs(guard_value(w, 1, e) - guard_value(w, 0, e)) / w->theta[1]);
 }
 
-static void forget(struct precise_path *path, int events)
+static void add(struct precise_march *m, int e, int crossing, num_dd t, bool jump)
 {
-    while (path->events > events)
-        free(path->event[--path->events].x);
+    struct precise_watch *w = m->watch;
+    int wanted = m->p->rq->event[e].direction, sense = m->direction < 0 ? -crossing : crossing;
+    num_dd last = m->p->time[m->p->rq->samples - 1];
+    double left = m->direction * num_dd_sub(last, t).hi;       /* what comes to 0 at the last time does not pass it */
+    if ((wanted && wanted != sense) || !(left > AT_LAST * NUM_DD_EPSILON * fmax(fabs(last.hi), fabs(m->here.t.hi))))
+        return;
+    SGA_RESERVE(w->place, w->place_cap, w->places + 1);
+    w->place[w->places++] = (struct place){ t, e, sense, jump };
 }
 
-/* What the guide has at once with the event that stops the motion, which was looked for last, is told beside it where it is seen. */
-static void at_once(struct look *q)
+/* The step before ended on 0, a little beyond, where a switch turned (of y, which is |x|): back on the side that it came from, it has touched 0. */
+static bool was_touch(struct precise_march *m, int e, int crossing)
 {
-    struct precise_march *m = q->m;
-    const struct traj_result *g = m->p->guide;
-    double t = g->happening[m->watched - 1].t;
-    for (; m->watched < g->happened && fabs(g->happening[m->watched].t - t) <= LEAST_REACH * fabs(t) && sga_watch_ok(); m->watched++) {
-        int before = m->path->events;
-        if (!locate(q, m->watched))
-            forget(m->path, before);
-    }
-}
-
-bool precise_watch(struct precise_march *m, num_dd *end)
-{
-    const struct traj_result *g = m->p->guide;
-    struct look q = { .m = m };
-    bool stopped = false;
-    if (!g)
+    struct precise_watch *w = m->watch;
+    struct precise_path *path = m->path;
+    int k = path->kept - 1, sense = m->direction < 0 ? -crossing : crossing;
+    if (w->back[e] || !w->now[e].touched || m->p->rq->event[e].direction)
+        return w->back[e];
+    while (k >= 0 && path->event[k].event != e)
+        k--;
+    if (k < 0 || path->event[k].direction != -sense)
         return false;
-    forget(m->path, m->path->kept);
-    q.x = sga_malloc((size_t)(m->n + 1) * sizeof *q.x);
-    m->watched = m->passed;
-    for (; m->watched < g->happened && !stopped && !m->path->lost && sga_watch_ok(); m->watched++) {
-        if ((g->happening[m->watched].t - m->there.t.hi) * m->direction > 0)
+    path->event[k].direction = 0;
+    path->event[k].floor = 0;
+    return w->back[e] = true;
+}
+
+static bool may_look(struct precise_march *m)
+{
+    struct precise_watch *w = m->watch;
+    w->over = w->over || !sga_watch_ok();
+    return !w->over;
+}
+
+/* What it jumps by is no matter of the state there. */
+static bool begins_at_knot(const struct precise_march *m) { return m->passed_knots > 0 && num_dd_sub(m->here.t, m->p->knot[m->passed_knots - 1]).hi == 0; }
+
+static void change(void *of, int e, double a, double ga, double b, double gb, int sense)
+{
+    struct precise_march *m = of;
+    const struct precise_look q = look_for(m, e);
+    bool first = a == 0 && !m->watch->next[e].touched;
+    if (!may_look(m) || (first && was_touch(m, e, sense)))
+        return;
+    if (b == 0) {
+        add(m, e, sense, m->here.t, !begins_at_knot(m));
+        return;
+    }
+    num_dd bracket[4] = { time_at(m, a), num_dd_of(ga), time_at(m, b), num_dd_of(gb) };
+    num_dd t = precise_look_root(&q, bracket[0], bracket[1], bracket[2], bracket[3]);
+    add(m, e, sense, t, precise_look_jumps(&q, t, bracket));
+}
+
+static void touch(void *of, int e)
+{
+    struct precise_march *m = of;
+    add(m, e, 0, m->here.t, false);
+}
+
+static double low(void *of, const struct guard_low *l)
+{
+    struct precise_march *m = of;
+    int e = l->d.function, sign = l->d.sense;
+    struct precise_look q = look_for(m, e);
+    if (!may_look(m))
+        return -1;
+    double step = fabs(num_dd_sub(m->there.t, m->here.t).hi);
+    num_dd left = time_at(m, l->left), right = time_at(m, l->right), s = time_at(m, l->d.at), b[4];
+    q.slope = true;
+    if (precise_look_bracket(&q, s, LEAST_REACH * step, MOST_REACH * step * fmin(l->d.at - l->left, l->right - l->d.at), b))
+        s = precise_look_root(&q, b[0], b[1], b[2], b[3]);
+    q.slope = false;
+    num_dd g = precise_look_at(&q, s);
+    double unsure = precise_look_doubt(&q, s, false);
+    if (sign * g.hi < -unsure) {
+        add(m, e, -sign, precise_look_root(&q, left, num_dd_of(l->left_value), s, g), false);
+        add(m, e, sign, precise_look_root(&q, s, g, right, num_dd_of(l->right_value)), false);
+    } else if (fabs(g.hi) <= unsure) {
+        add(m, e, 0, g.hi == 0 ? precise_look_first(&q, left, s) : s, false);
+        return unsure;
+    }
+    return -1;
+}
+
+void precise_watch_begin(struct precise_march *m)
+{
+    size_t events = m->p->event ? (size_t)m->p->rq->events : 0;
+    if (!events)
+        return;
+    struct precise_watch *w = m->watch = sga_calloc(1, sizeof *w);
+    w->now = sga_calloc(2 * events, sizeof *w->now);
+    w->next = w->now + events;
+    w->back = sga_calloc(events, sizeof *w->back);
+    w->noise = sga_calloc(events, sizeof *w->noise);
+    w->x = sga_malloc(((size_t)m->n + 1) * sizeof *w->x);
+    guard_table_init(&w->table, (int)events);
+    w->way = (struct guard_way){ .count = (int)events, .at = on_way, .end = at_end, .of = m, .noise = w->noise, .budget = m->p->rq->budget };
+    for (int e = 0; e < (int)events; e++) {
+        int side = m->p->rq->event_side ? m->p->rq->event_side[e] : ODE_SIDE_FRESH;
+        struct beside at = { m, e, m->here.t, m->here.x };
+        const struct guard_point p = { { value_beside, &at, m->n + 1 }, error_of, 16 * NUM_DD_EPSILON };
+        guard_track_start(w->now + e, &p, side == 1 || side == -1 ? side : 0, side == ODE_SIDE_FRESH);
+    }
+}
+
+void precise_watch_end(struct precise_march *m)
+{
+    struct precise_watch *w = m->watch;
+    if (!w)
+        return;
+    free(w->now < w->next ? w->now : w->next);
+    free(w->back);
+    free(w->noise);
+    free(w->x);
+    free(w->place);
+    guard_table_clear(&w->table);
+    free(w);
+    m->watch = NULL;
+}
+
+/* What roundings of the state change the functions by at the end of the step. */
+static void take_noise(struct precise_march *m)
+{
+    struct precise_watch *w = m->watch;
+    for (int e = 0; e < w->way.count; e++) {
+        struct beside at = { m, e, m->there.t, m->there.x };
+        const struct guard_point p = { { value_beside, &at, m->n + 1 }, error_of, 16 * NUM_DD_EPSILON };
+        w->noise[e] = guard_doubt(&p, GUARD_TOLD, NULL);
+    }
+}
+
+static int in_order(const void *a, const void *b)
+{
+    const struct place *p = a, *q = b;
+    double apart = num_dd_sub(p->t, q->t).hi;
+    return apart != 0 ? (apart > 0) - (apart < 0) : p->event - q->event;
+}
+
+static int in_order_back(const void *a, const void *b) { return in_order(b, a); }
+
+enum precise_stop precise_watch(struct precise_march *m, num_dd *end)
+{
+    struct precise_watch *w = m->watch;
+    const struct traj_request *rq = m->p->rq;
+    struct precise_path *path = m->path;
+    enum precise_stop stop = PRECISE_GOES_ON;
+    if (!w)
+        return stop;
+    precise_forget_events(path, path->kept);
+    memcpy(w->next, w->now, (size_t)w->way.count * sizeof *w->now);
+    w->places = 0;
+    double step = fabs(num_dd_sub(m->there.t, m->here.t).hi), size = fmax(fabs(m->here.t.hi), fabs(m->there.t.hi));
+    w->way.grain = fmax(2 * DBL_EPSILON, 2 * NUM_DD_EPSILON * size / step);
+    take_noise(m);
+    guard_table_fill(&w->table, &w->way);
+    guard_table_monotone(&w->table, &w->way);
+    const struct guard_scan scan = { .table = &w->table, .way = &w->way, .of = m, .doubt = doubt_at_end, .change = change, .touch = touch, .low = low };
+    for (int e = 0; e < w->way.count; e++)
+        guard_scan(&scan, e, w->next + e);
+    if (!may_look(m))          /* not all were looked for; whose budget it is ends the motion */
+        return PRECISE_NO_PLACE;
+    if (w->places)
+        qsort(w->place, (size_t)w->places, sizeof *w->place, m->direction < 0 ? in_order_back : in_order);
+    int most = ode_most_events(m->n);
+    for (int i = 0; i < w->places; i++) {
+        const struct place *p = w->place + i;
+        const struct precise_look q = look_for(m, p->event);
+        bool at_once = rq->event_side && fabs(num_dd_sub(p->t, *end).hi) <= SAME_TIME * fabs(end->hi);
+        if (stop != PRECISE_GOES_ON && !at_once)
             break;
-        int before = m->path->events;
-        if (!locate(&q, m->watched)) {
-            forget(m->path, before);
-            if (at_next_knot(m, m->watched))
-                break;
-            m->path->lost = 1 + m->watched;
-        } else if (m->path->events > before && m->p->rq->event[g->happening[m->watched].event].stop) {
-            forget(m->path, before + 1);      /* the first of two passages stops it */
-            *end = m->path->event[before].t;
-            stopped = true;
+        if (!deliver(&q, p->direction, p->t, p->jump))
+            return PRECISE_NO_PLACE;
+        if (stop == PRECISE_GOES_ON && (rq->event[p->event].stop || path->events >= most)) {
+            stop = rq->event[p->event].stop ? PRECISE_STOPPED : PRECISE_TOO_MANY;
+            *end = p->t;
         }
     }
-    if (stopped && m->p->rq->event_side)
-        at_once(&q);
-    free(q.x);
-    return stopped;
+    return stop;
 }
 
 void precise_watched(struct precise_march *m)
 {
-    assert(m->passed <= m->watched && m->path->kept <= m->path->events);
-    m->passed = m->watched;
+    struct precise_watch *w = m->watch;
+    assert(m->path->kept <= m->path->events);
     m->path->kept = m->path->events;
-}
-
-void precise_path_clear(struct precise_path *path)
-{
-    forget(path, 0);
-    free(path->event);
-    free(path->sample);
-    free(path->held);
-    path->event = NULL;
-    path->sample = NULL;
-    path->held = NULL;
-}
-
-void precise_drop_events(struct precise_path *path, double t, double direction)
-{
-    int kept = path->events;
-    while (kept > 0 && direction * (path->event[kept - 1].t.hi - t) > 0)
-        kept--;
-    forget(path, kept);
-}
-
-/* A difference may pass through 0, as those of samples do. */
-#define NEIGHBOUR 30.0
-
-double precise_event_errors(const struct precise *p, struct precise_path *a, const struct precise_path *b, double factor)
-{
-    double start = p->start.hi, worst = 0;
-    bool alike = a->events == b->events;
-    for (int i = 0; i < a->events && alike; i++)
-        alike = a->event[i].event == b->event[i].event && a->event[i].direction == b->event[i].direction;
-    for (int i = 0; i < a->events; i++) {
-        double size = fmax(fabs(a->event[i].t.hi), fabs(a->event[i].t.hi - start)), near = 0, raw = 0;
-        for (int k = i - 1; k <= i + 1 && alike; k++) {
-            double d = k < 0 || k >= a->events ? 0 : fabs(num_dd_sub(a->event[k].t, b->event[k].t).hi);
-            *(k == i ? &raw : &near) = k == i ? d : fmax(near, d);
-        }
-        a->event[i].error = alike ? factor * fmax(raw, fmin(near, NEIGHBOUR * raw)) + a->event[i].floor + 16 * NUM_DD_EPSILON * size : INFINITY;
-        if (a->event[i].direction)
-            worst = fmax(worst, sga_error_ratio(a->event[i].error, (struct sga_tolerance){ p->rq->rtol, p->rq->atol }, p->flow->sizes->time, size));
-    }
-    return worst;
+    if (!w)
+        return;
+    struct guard_track *now = w->now;
+    w->now = w->next;
+    w->next = now;
+    memset(w->back, 0, (size_t)w->way.count * sizeof *w->back);
 }

@@ -405,8 +405,8 @@ static bool step(struct precise_march *m, double *cut)
         *cut *= 0.5;
     }
     num_dd end = m->there.t;
-    bool stopped = o == PRECISE_TAKEN && precise_watch(m, &end);
-    if (o == PRECISE_TAKEN && !deliver(m, end)) {
+    enum precise_stop stop = o == PRECISE_TAKEN ? precise_watch(m, &end) : PRECISE_GOES_ON;
+    if (o == PRECISE_TAKEN && (stop == PRECISE_NO_PLACE || !deliver(m, end))) {
         o = PRECISE_REFUSED;
         *cut *= 0.5;
     }
@@ -421,12 +421,14 @@ static bool step(struct precise_march *m, double *cut)
     m->band_cut = 0;
     m->choice.steps[m->method == &precise_radau]++;
     precise_watched(m);
-    if (stopped) {
-        precise_end(m, ODE_EVENT, "an event that stops the motion");
+    if (stop != PRECISE_GOES_ON) {
+        if (stop == PRECISE_STOPPED)
+            precise_end(m, ODE_EVENT, "an event that stops the motion");
+        else
+            precise_end(m, ODE_STEP_LIMIT, "more events were found than a result may hold");
         m->path->t = end.hi;
-    }
-    if (stopped || m->path->lost)
         return false;
+    }
     if (m->next == m->p->rq->samples)
         return false;
     struct precise_point before = m->here;
@@ -469,10 +471,13 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
     precise_choice_begin(&m);
     if (p->flow->charts && p->flow->charts->stop)
         precise_end(&m, ODE_SINGULAR, "other pivots are taken");
-    else if (begin(&m))
+    else if (begin(&m)) {
+        precise_watch_begin(&m);
         while (may_go_on(&m) && step(&m, &cut)) { }
+        precise_watch_end(&m);
+    }
     path->count = m.next;
-    assert(path->reason != ODE_NONE || path->count == p->rq->samples || path->lost);      /* no end without a reason */
+    assert(path->reason != ODE_NONE || path->count == p->rq->samples);      /* no end without a reason */
     if (path->reason == ODE_NONE)
         path->t = p->time[p->rq->samples - 1].hi;
     precise_choice_end(&m);

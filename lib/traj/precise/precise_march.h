@@ -14,6 +14,7 @@ struct precise_point {
 };
 
 struct precise_march;
+struct precise_watch;
 
 struct precise_method {
     const char *name;
@@ -79,7 +80,7 @@ struct precise_march {
     struct precise_point here, there;
     long look_at; num_dd look_t; int hopeless;     /* see out_of_reach */
     double *scale;             /* n: the error allowed */
-    int passed, watched;       /* events of the guide: of the steps taken, and of the last step attempted */
+    struct precise_watch *watch;       /* precise_event.c; NULL: no events */
     enum ode_reason why;
     double *xd, *fd;           /* n: in double */
     num_dd *sought;            /* n: work */
@@ -141,9 +142,12 @@ void precise_sides_end(struct precise_march *m);
 /* Series come to nothing before a surface on which they are no more (of sqrt(abs(x))): the march goes on beyond it. False: that is not why, or it ends (precise_end was called). */
 bool precise_sides_cross(struct precise_march *m, double size);
 
-/* precise_event.c. The events of the last step attempted, into the path (path->lost: one is not seen again); true: one stops
- * the motion at *end. The step may still be refused; precise_watched: it was taken. */
-bool precise_watch(struct precise_march *m, num_dd *end);
+/* precise_event.c: around the march, whose start m->here is; the events of the last step attempted, into the path, and the place of what stops the motion (at *end)
+ * or of the last that a result may hold; PRECISE_NO_PLACE: one of them is no point of the constraints. The step may still be refused; precise_watched: it was taken. */
+enum precise_stop { PRECISE_GOES_ON, PRECISE_STOPPED, PRECISE_TOO_MANY, PRECISE_NO_PLACE };
+void precise_watch_begin(struct precise_march *m);
+void precise_watch_end(struct precise_march *m);
+enum precise_stop precise_watch(struct precise_march *m, num_dd *end);
 void precise_watched(struct precise_march *m);
 
 /* precise_band.c: where in (0, 1) of the step h that was just made to m->there a pulse of the field lies that both ends are outside of;

@@ -1,7 +1,7 @@
 /* Changes of functions beside a point, of which jumps are none, and jumps themselves: bends and roots at, just off and far off their places, against what is known of them. */
 #include <math.h>
 
-#include "beside.h"
+#include "guard_beside.h"
 #include "check.h"
 
 enum which { SLOPE, BEND, SQUARE, ROOT, JUMP, STEEP_JUMP, BETWEEN, WHICH };
@@ -25,11 +25,11 @@ static double value(void *ctx, int j, double by)
 
 static double change(enum which w, double u, double by)
 {
-    const struct ode_beside b = { value, NULL, 2 };
+    const struct guard_beside b = { value, NULL, 2 };
     which = w;
     x[0] = u;
     x[1] = 1;
-    return ode_beside_change(&b, value(NULL, -1, 0), 0, by, NULL);
+    return guard_beside_change(&b, value(NULL, -1, 0), 0, by, NULL);
 }
 
 /* Values that do not tell from 0 are no larger than the doubt of them, which is what a slope makes of the error. */
@@ -52,17 +52,17 @@ static void changes(void)
 static void jumps(void)
 {
     const double by[] = { 1e-4, 1e-4 };
-    const struct ode_beside b = { value, NULL, 2 };
+    const struct guard_beside b = { value, NULL, 2 };
     for (int w = 0; w < WHICH; w++)
         for (int k = -1; k <= 1; k++) {
             which = (enum which)w;
             x[0] = 1e-9 * k;
             x[1] = 1;
             bool jump = w == JUMP || w == STEEP_JUMP || w == BETWEEN;
-            CHECK(ode_beside_jumps(&b, by) == jump, "function %d, %d", w, k);
-            CHECK(!ode_beside_steady(&b, by) == (w != SQUARE && w != ROOT && w != BEND) || (k == 0 && !jump), "function %d, %d: steady", w, k);
+            CHECK(guard_beside_jumps(&b, by) == jump, "function %d, %d", w, k);
+            CHECK(!guard_beside_steady(&b, by) == (w != SQUARE && w != ROOT && w != BEND) || (k == 0 && !jump), "function %d, %d: steady", w, k);
             x[0] = 1;
-            CHECK(!ode_beside_jumps(&b, by) && ode_beside_steady(&b, by), "function %d, far off", w);
+            CHECK(!guard_beside_jumps(&b, by) && guard_beside_steady(&b, by), "function %d, far off", w);
         }
 }
 

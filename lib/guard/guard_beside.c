@@ -1,5 +1,5 @@
-/* See beside.h. */
-#include "beside.h"
+/* See guard_beside.h. */
+#include "guard_beside.h"
 
 #include <assert.h>
 #include <math.h>
@@ -11,13 +11,13 @@ static const double MUCH = 0.05, STAYS = 0.75;
 /* The part of the change that is left of a jump in the nearer look. */
 static const double LEFT = 0.5;
 
-static double change_by(const struct ode_beside *b, double g, int j, double by)
+static double change_by(const struct guard_beside *b, double g, int j, double by)
 {
     double change = fabs(b->value(b->ctx, j, by) - g);
     return isfinite(change) ? change : 0;
 }
 
-double ode_beside_change(const struct ode_beside *b, double g, int j, double by, bool *jumps)
+double guard_beside_change(const struct guard_beside *b, double g, int j, double by, bool *jumps)
 {
     double change = change_by(b, g, j, by), most = 0, least = INFINITY, before = INFINITY;
     bool jump = false;
@@ -36,7 +36,7 @@ double ode_beside_change(const struct ode_beside *b, double g, int j, double by,
     return !jump ? most : least <= MUCH * fabs(g) ? least : 0;
 }
 
-bool ode_beside_steady(const struct ode_beside *b, const double *by)
+bool guard_beside_steady(const struct guard_beside *b, const double *by)
 {
     double g = b->value(b->ctx, -1, 0);
     bool steady = g != 0 && isfinite(g);
@@ -45,12 +45,12 @@ bool ode_beside_steady(const struct ode_beside *b, const double *by)
     return steady;
 }
 
-bool ode_beside_jumps(const struct ode_beside *b, const double *by)
+bool guard_beside_jumps(const struct guard_beside *b, const double *by)
 {
     double g = b->value(b->ctx, -1, 0), far = 0, near = 0;
     for (int j = 0; j < b->n; j++) {
         far = fmax(far, fmax(change_by(b, g, j, by[j]), change_by(b, g, j, -by[j])));
-        near = fmax(near, fmax(change_by(b, g, j, ODE_BESIDE_NEARER * by[j]), change_by(b, g, j, -ODE_BESIDE_NEARER * by[j])));
+        near = fmax(near, fmax(change_by(b, g, j, GUARD_BESIDE_NEARER * by[j]), change_by(b, g, j, -GUARD_BESIDE_NEARER * by[j])));
     }
     return near > LEFT * far && near > 0;
 }
