@@ -6,6 +6,7 @@ order and moved in another, and a motion that ends at its last time may be said 
 in units: the reason is the same, and the time within its error. SGA_TEST_SEED repeats
 a run, SGA_TEST_SCALE makes it longer."""
 import json
+import math
 import random
 import sys
 
@@ -100,6 +101,29 @@ def units(tally, solver, first):
         tally.check(end and end["reason"] == reason and abs(end["t"] - 2) <= 3 * (end["error"] or 0) + 1e-9, f"units {number}: {reason} at 2", f"{refusal or end}: {json.dumps(request)}")
 
 
+WAYS = [{}, {"method": "taylor"}, {"method": "dop853"}, {"method": "tsit5"}, {"method": "radau"}, {"arithmetic": "double-double", "rtol": 1e-16, "atol": 1e-16},
+        {"arithmetic": "double-double", "rtol": 1e-16, "atol": 1e-16, "method": "radau"}]
+
+
+def slow_manifolds(tally, solver, rng):
+    """A slow manifold runs into a fold where it grows without bound, at x = 0: explicit steps are given up far before it, implicit ones a little. The time is within its error."""
+    b, c = rng.randint(1, 8) / 2, rng.randint(1, 6) / 2
+    part, y = rng.choice([(p, y) for p in (2, 4, 6, 8) for y in (-1, 1, 2, 4, 5) if b * p / 10 * y > 1] or [(None, None)])
+    if part is None:
+        return
+    x, end = -b * part / 10, math.log(10 / (10 - part))
+    equations = [f"x' = x + {b}", f"x' + y'*(x*y + 1) + {c} = 0"]
+    rng.shuffle(equations)
+    for way in rng.sample(WAYS, 3):
+        tol = 10.0 ** rng.randint(-11, -5)
+        request = {"system": {"form": "equations", "variables": ["x", "y"], "equations": equations}, "want": ["trajectory"], "accuracy": {"rtol": tol, "atol": tol, **way},
+                   "trajectory": {"stop": end + 1, "samples": 3, "initial": {"x": x, "y": y}}}
+        answer, refusal = solver.solve(request)
+        ended = answer and answer["trajectory"]["ended"]
+        named = ended and ended["reason"] in ("stratum", "blow_up", "step_limit")
+        tally.check(named and abs(ended["t"] - end) <= (0.05 * end if ended["error"] is None else ended["error"]), f"a slow manifold, {json.dumps(way)}", f"{refusal or ended}, not {end}: {json.dumps(request)}")
+
+
 def main():
     tally, solver = Tally("endings"), Solver(build_folder())
     first, ended, answered = seed(20261129), 0, 0
@@ -126,6 +150,8 @@ def main():
         tally.check(answered >= 0.7 * scaled(SYSTEMS), "answers", f"only {answered} are answered")
         tally.check(ended >= 0.1 * scaled(SYSTEMS), "endings", f"only {ended} motions end")
     units(tally, solver, first)
+    for number in range(scaled(16)):
+        slow_manifolds(tally, solver, random.Random(f"{first} slow {number}"))
     return tally.end()
 
 

@@ -140,6 +140,24 @@ static bool thrown_off(const struct ode_march *m, enum ode_refusal cause)
     return cause == MANIFOLD_REFUSED && m->manifold_why == ODE_CONSTRAINT_LOST && m->kinks && m->kinks->turned_t == m->t;
 }
 
+/* How long what grows most may go on growing as it does: as a pole of order two. */
+static double left_to_grow(const struct ode_march *m)
+{
+    static const double ORDER = 2;
+    int by_rate;
+    double rate = ode_largest(m, m->f, &by_rate);
+    return rate > 0 ? ORDER * fabs(m->x[by_rate]) / m->unit[by_rate] / rate : 0;
+}
+
+/* The same where it is a variable that has grown by far, on a scale of its own that goes to 0; else 0. */
+static double left_of_grown(const struct ode_march *m)
+{
+    int which;
+    double size = ode_largest(m, m->x, &which), left = left_to_grow(m);
+    bool own = which >= 0 && fabs(m->f[which]) / m->unit[which] * fabs(m->t - m->start->t) > GROWTH * size;
+    return own && state_grows(m) ? left : 0;
+}
+
 void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
 {
     int which;
@@ -165,6 +183,8 @@ void ode_end_refused(struct ode_march *m, enum ode_refusal cause)
         ode_end_at(m, why, "no point near the solution satisfies the constraints beyond this time");
     else
         ode_end_at(m, why, "a rank drops here: the field or the constraints are singular");
+    if (why == ODE_SINGULAR && m->res->end.reason == why)
+        m->res->end.left = left_of_grown(m);
 }
 
 bool ode_is_over(struct ode_march *m)
@@ -200,6 +220,7 @@ void ode_end_steps(struct ode_march *m, bool foreseen)
     }
     if (m->hopeless > 0 && ode_grows(m)) {
         blow_up(m);
+        m->res->end.left = fabs(m->t - m->slow_since) + left_to_grow(m);
         end_earlier(m, m->slow_since);
         return;
     }

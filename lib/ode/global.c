@@ -163,7 +163,7 @@ static double end_error(const struct ode_run *run, const struct ode_result *res,
     }
     if (!ode_reason_placed(res->end.reason) || !ode_reason_placed(other->end.reason))
         return 0;
-    return ode_end_error(fabs(res->end.t - other->end.t), res->rtol, res->end.t - run->start->t) + 4 * DBL_EPSILON * fmax(fabs(res->end.t), res->stats.largest_step);
+    return ode_end_error(fabs(res->end.t - other->end.t), res->rtol, res->end.t - run->start->t) + fmax(res->end.left, other->end.left) + 4 * DBL_EPSILON * fmax(fabs(res->end.t), res->stats.largest_step);
 }
 
 /* Fills error, max_error, worst. A difference can pass through 0 where the error does not:

@@ -275,6 +275,7 @@ struct ode_end {
     enum ode_reason reason;    /* ODE_NONE: the last time was reached */
     double t;                  /* where; the last time if it was reached */
     double error;              /* estimated, of t: how far apart the solutions that were compared end; 0: not known, or no place of the motion's own */
+    double left;               /* where steps were given up before it: how long the motion may have had to it */
     int variable;              /* of the one that grows most, for BLOW_UP; else -1 */
     char detail[256];          /* a sentence, "" for ODE_NONE */
 };
