@@ -124,6 +124,20 @@ def slow_manifolds(tally, solver, rng):
         tally.check(named and abs(ended["t"] - end) <= (0.05 * end if ended["error"] is None else ended["error"]), f"a slow manifold, {json.dumps(way)}", f"{refusal or ended}, not {end}: {json.dumps(request)}")
 
 
+def off_the_constraints(tally, solver, rng):
+    """Constraints that contradict each other at index 3, beside a start that is far from those before: the same refusal in any order."""
+    a, b, c = rng.choice(["3/2", "5/2", "7/2"]), rng.choice(["1/3", "2/5"]), rng.choice(["3/2", "2"])
+    names, equations = ["x", "y", "z", "w"], [f"x/(x - {a}) + y + {b} = 0", "y' + 2*z - 3 = 0", f"x' - x*y - {c}*x = 0", "z - 2 = 0"]
+    codes = []
+    for _ in range(6):
+        rng.shuffle(names)
+        rng.shuffle(equations)
+        answer, refusal = solver.solve({"system": {"form": "equations", "variables": names, "equations": equations}, "want": ["index", "trajectory"],
+                                        "trajectory": {"stop": 1, "samples": 3, "initial": {"x": -0.5, "w": 2, "y": -0.5, "z": 2}}, "accuracy": {"rtol": 1e-4}})
+        codes.append(refusal["code"] if refusal else answer["verdict"])
+    tally.check(set(codes) == {"no_motion"}, f"constraints off the start, {a}, {b}, {c}", codes)
+
+
 def main():
     tally, solver = Tally("endings"), Solver(build_folder())
     first, ended, answered = seed(20261129), 0, 0
@@ -150,6 +164,8 @@ def main():
         tally.check(answered >= 0.7 * scaled(SYSTEMS), "answers", f"only {answered} are answered")
         tally.check(ended >= 0.1 * scaled(SYSTEMS), "endings", f"only {ended} motions end")
     units(tally, solver, first)
+    for number in range(scaled(8)):
+        off_the_constraints(tally, solver, random.Random(f"{first} off {number}"))
     for number in range(scaled(16)):
         slow_manifolds(tally, solver, random.Random(f"{first} slow {number}"))
     return tally.end()

@@ -140,13 +140,12 @@ static bool thrown_off(const struct ode_march *m, enum ode_refusal cause)
     return cause == MANIFOLD_REFUSED && m->manifold_why == ODE_CONSTRAINT_LOST && m->kinks && m->kinks->turned_t == m->t;
 }
 
-/* How long what grows most may go on growing as it does: as a pole of order two. */
+/* How long what grows most may go on growing as it does. */
 static double left_to_grow(const struct ode_march *m)
 {
-    static const double ORDER = 2;
     int by_rate;
     double rate = ode_largest(m, m->f, &by_rate);
-    return rate > 0 ? ORDER * fabs(m->x[by_rate]) / m->unit[by_rate] / rate : 0;
+    return rate > 0 ? ode_left_to_grow(m->x[by_rate], m->f[by_rate]) : 0;
 }
 
 /* The same where it is a variable that has grown by far, on a scale of its own that goes to 0; else 0. */

@@ -55,6 +55,8 @@ bool ode_reason_placed(enum ode_reason r);
 /* What t is known to where two solutions end so far apart, the tighter with this rtol, after so long a way. Places are met by steps that shrink, from one side in
  * both: their difference says less than that of samples, and may be small by chance. Measured against closed forms: tests/ends_check.py. */
 double ode_end_error(double apart, double rtol, double way);
+/* How long what is v may go on growing by this rate, as a pole does, of order two at the most. */
+static inline double ode_left_to_grow(double v, double rate) { return rate != 0 ? 2 * (v < 0 ? -v : v) / (rate < 0 ? -rate : rate) : 0; }
 
 /* A time that is known to `error` after so long a way is so uncertain that errors may be all that ends solutions there. */
 static inline bool ode_time_is_lost(double error, double way)

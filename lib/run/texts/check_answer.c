@@ -248,9 +248,12 @@ static bool check_contradiction(struct job *j)
     bool ok = true;
     uint64_t random = SGA_SEED_WITNESS;
     *j->witness = (struct sga_witness){ .certified = true, .digits = 40 };
-    for (int k = 0; k < WITNESS_POINTS && ok; k++) {
+    bool near = j->start.x;
+    for (int k = 0; k < (near ? 2 : 1) * WITNESS_POINTS && ok && (k < WITNESS_POINTS || !j->witness->points); k++) {
         struct points_point p;
-        if (points_find_staged(&on.space, on.end, on.stages, j->start.x ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
+        if (k >= WITNESS_POINTS)       /* the constraints may not come near the start */
+            on.space.near = NULL;
+        if (points_find_staged(&on.space, on.end, on.stages, on.space.near ? 0.04 * (k + 1) : 1, &random, 192, &p) == POINTS_OK) {
             j->witness->points++;
             j->witness->certified &= p.certified;
             if (seems_zero(&on.space, &p, sol->contradiction))

@@ -10,6 +10,7 @@
 #include "jacobian.h"
 #include "kinds.h"
 #include "mem.h"
+#include "ode.h"
 #include "print.h"
 #include "sparse.h"
 #include "system.h"
@@ -93,17 +94,16 @@ void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, d
         r->ended_t = zero;
 }
 
-/* How long the variable may go on growing as it does at the last point: as a simple pole, or one of order two. */
+/* How long the variable may go on growing as it does at the last point. */
 static double left_to_grow(struct flow *f, int which)
 {
-    static const double ORDER = 2;
     struct field *field = &f->field;
     SGA_FREED double *v = sga_malloc(2 * ((size_t)f->n + 1) * sizeof *v);
     double *home = v + f->n + 1;
     sga_copy(home, field->home, f->n);
     bool ok = field_eval(field, field->home_t, home, v);
     field_forget_trial(field);
-    return ok && v[which] != 0 ? ORDER * fabs(home[which] / v[which]) : 0;
+    return ok ? ode_left_to_grow(home[which], v[which]) : 0;
 }
 
 /* The reason is that the variable grows, and the pivot (-1: none) tends to 0 with it. */

@@ -126,7 +126,7 @@ static void set_errors(const struct precise *p, struct outcome *a, const struct 
     free(row);
     a->worst = fmax(a->worst, precise_event_errors(p, &a->path, &b->path, factor));
     bool placed = ode_reason_placed(a->path.reason) && ode_reason_placed(b->path.reason);
-    a->end_error = placed ? ode_end_error(fabs(a->path.t - b->path.t), rtol, a->path.t - p->rq->start) + 2 * DBL_EPSILON * fmax(fabs(a->path.t), fabs(a->path.t - p->rq->start)) : 0;
+    a->end_error = placed ? ode_end_error(fabs(a->path.t - b->path.t), rtol, a->path.t - p->rq->start) + fmax(a->path.left, b->path.left) + 2 * DBL_EPSILON * fmax(fabs(a->path.t), fabs(a->path.t - p->rq->start)) : 0;
 }
 
 /* One solution is all there is. */

@@ -60,7 +60,7 @@ struct precise_path {
     int count;                 /* samples there are */
     num_dd *sample;            /* count x n */
     enum ode_reason reason;
-    double t;                  /* of the end */
+    double t, left;            /* of the end; as in struct ode_end */
     char detail[256];
     double residual;           /* the largest |xi_i| at a sample */
     long steps, refused, evaluations;

@@ -209,6 +209,23 @@ static void end_refused(struct precise_march *m, bool refused)
     }
 }
 
+/* Steps are given up where something grows on a scale of its own that goes to 0. False: nothing does. */
+static bool end_growing(struct precise_march *m)
+{
+    char text[200];
+    int which = 0;
+    bool alone;
+    double size = precise_largest(m->here.x, m->n), rate = growing(m, size, &alone);
+    if (!(rate > 0 && alone))
+        return false;
+    for (int j = 1; j < m->n; j++)
+        which = m->rate[j] > m->rate[which] ? j : which;
+    snprintf(text, sizeof text, "the derivative grows without bound (size %.3g) while the solution stays at size %.3g", rate, size);
+    precise_end(m, ODE_BLOW_UP, text);
+    m->path->left = ode_left_to_grow(m->here.x[which].hi, m->rate[which]);
+    return true;
+}
+
 /* At this pace the stop would take far more steps than are allowed, look after look? */
 static bool out_of_reach(struct precise_march *m)
 {
@@ -233,6 +250,8 @@ static bool may_go_on(struct precise_march *m)
         return false;
     }
     if (q->steps >= m->look_at && out_of_reach(m)) {
+        if (end_growing(m))
+            return false;
         precise_end(m, ODE_STEP_LIMIT, "the last time is out of reach: if the system is stiff, ask for the method \"auto\" or \"radau\"; "
                "otherwise for an earlier stop");
         return false;
