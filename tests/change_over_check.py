@@ -3,7 +3,7 @@
 Random four-bars whose shortest and longest links are together as long as the others: once in a turn all lie on a line, where another branch begins. Crank by an equation, or
 by a rate that is asked for; in double and in double-double, forwards and backwards. Positions after it are held against the zero of the closure equations in
 40 digits next to the answer, which must be the same branch: on the analytic curve the coupler comes to the other side of the diagonal. A motion may also end there, and say why, but
-no more than one in ten. Events change nothing of that, and are told at the times that the crank's angle says: at the place itself, on both sides of it, in pairs, and where they only touch.
+no more than one in ten. Events change nothing of that, and are told at the times that the crank's angle says: at the place itself, on both sides of it, in pairs, and where they only touch; what the constraints keep at 0 is none.
 SGA_TEST_SEED, SGA_TEST_SCALE."""
 import cmath
 import math
@@ -50,6 +50,7 @@ class FourBar:
         equations = [f"({p})*{closure[0]} + ({q})*{closure[1]} = 0" for p, q in (self.rows[:2], self.rows[2:])]
         times = [1, 1 + 0.5 * self.sense] + [round(self.place + self.sense * v, 2) for v in (0.3, 0.7, 1.1)]
         happens = [{"name": name, "expression": f.replace("{}", A), "action": "record"} for name, (f, _) in dict(events).items()]
+        happens += [{"name": "kept", "expression": f"3*{closure[1]} - {closure[0]}", "action": "record"}] * bool(happens)
         return {"system": {"form": "equations", "variables": ["A", "B", "C"], "equations": ([] if rate else [f"A' = 1/{u}"]) + equations}, "want": ["trajectory"], "limits": {"seconds": 60},
                 "trajectory": {"start": 1, "times": times, "initial": {"A": 1 / u, "B": self.B / v, "C": self.C / w}, "hold": ["A"], **({"events": happens} if happens else {}), **({"gauge": {"rates": {"A": f"1/{u}"}}} if rate else {})}}
 
@@ -76,6 +77,8 @@ def happened(tally, label, t, events, fine):
         tally.check(senses <= {"touch"} if name == "touch" else "touch" not in senses if name != "place" else senses <= {"up"}, f"{label}: the sense of {name}", senses)
         for e in [e for e in t["events"] if e["name"] == name and e["error"] is not None and times]:
             held.append(min(abs(float(e["t"]) - x) for x in times) <= e["error"] + 4e-16 * abs(float(e["t"])))
+    kept = [e for e in t.get("events", []) if e["name"] == "kept"]
+    tally.check(not kept, f"{label}: what the constraints keep at 0 is no event", kept[:2])
     return sum(held), len(held)
 
 

@@ -7,6 +7,7 @@
 #include "mem.h"
 
 #define STEPS 2                /* errors allowed that places on a step may be off by */
+#define SETTLED 1e-3           /* of those: what constraints are met to where a step ends */
 
 double guard_doubt(const struct guard_point *p, enum guard_errors which, bool *jumps)
 {
@@ -41,8 +42,12 @@ void guard_track_start(struct guard_track *k, const struct guard_point *p, int s
     if (k->carried && !k->jumps)        /* the place of the event itself is known to roundings of its time only */
         k->least = 4 * (k->least + fabs(g));
     k->sign = k->carried ? (signed char)side : fabs(g) > k->least && !k->jumps ? (g > 0 ? 1 : -1) : 0;
-    if (!k->sign && !k->carried && !k->jumps)      /* steps come beside 0 by what they may err (a function that constraints keep at 0) */
-        k->least = fmax(k->least, STEPS * guard_doubt(p, GUARD_ALLOWED, NULL));
+    k->kept = 0;
+    if (!k->sign && !k->carried && !k->jumps) {      /* steps come beside 0 by what they may err (a function that constraints keep at 0) */
+        double allowed = guard_doubt(p, GUARD_ALLOWED, NULL);
+        k->kept = fmax(k->least, SETTLED * allowed);
+        k->least = fmax(k->least, STEPS * allowed);
+    }
 }
 
 /* |g| has a minimum between the nodes i-1 and i+1, where its sign is one. */
@@ -72,10 +77,18 @@ static bool still_there(const struct guard_track *k, double v, double after, boo
     return (k->carried && fabs(v) <= k->least) || (first && (k->jumps || other || (k->touched && !k->carried && fabs(v) <= k->least)));
 }
 
+/* A function that constraints keep at 0, between the ends of a step as far off as the step's curve is. */
+static bool is_kept(const struct guard_track *k, double first, double last)
+{
+    return !k->sign && !k->carried && !k->jumps && fabs(first) <= k->kept && fabs(last) <= k->kept;
+}
+
 void guard_scan(const struct guard_scan *s, int e, struct guard_track *k)
 {
     const struct guard_table *w = s->table;
     double before = k->before, last = 0, at = 0;
+    if (is_kept(k, guard_value(w, 0, e), guard_value(w, w->nodes - 1, e)))
+        return;
     for (int i = 0; i < w->nodes; i++) {
         double v = guard_value(w, i, e), after = i + 1 < w->nodes ? guard_value(w, i + 1, e) : NAN;
         if (!isfinite(v)) {

@@ -13,6 +13,7 @@ struct guard_track {
     bool carried;              /* sign is what the motion before says; no value was far enough from 0 to tell since */
     bool jumps;                /* at the start: its value there is that of one side of a jump, or between */
     double least;              /* values up to this do not tell from 0, at the start or a touch */
+    double kept;               /* values up to this at both ends of a step, on what constraints it is brought back to, are 0 all along it, while there is no sign */
     double before;             /* the last value before the present point */
 };
 

@@ -100,6 +100,14 @@ static bool state_grows(const struct ode_march *m)
     return size > 1e3 * (m->start_size + 1) || (m->start_size > 0 && size > 1e6 * m->start_size);
 }
 
+/* How long what grows most may go on growing as it does. */
+static double left_to_grow(const struct ode_march *m)
+{
+    int by_rate;
+    double rate = ode_largest(m, m->f, &by_rate);
+    return rate > 0 ? ode_left_to_grow(m->x[by_rate], m->f[by_rate]) : 0;
+}
+
 static void blow_up(struct ode_march *m)
 {
     int by_state, by_rate;
@@ -117,6 +125,7 @@ static void blow_up(struct ode_march *m)
     ode_end_at(m, ODE_BLOW_UP, text);
     m->res->end.variable = grown ? by_state : by_rate;
     m->res->end.t = limit_time(m);
+    m->res->end.left = left_to_grow(m);
 }
 
 static bool grows_now(const struct ode_march *m)
@@ -138,14 +147,6 @@ bool ode_grows(const struct ode_march *m)
 static bool thrown_off(const struct ode_march *m, enum ode_refusal cause)
 {
     return cause == MANIFOLD_REFUSED && m->manifold_why == ODE_CONSTRAINT_LOST && m->kinks && m->kinks->turned_t == m->t;
-}
-
-/* How long what grows most may go on growing as it does. */
-static double left_to_grow(const struct ode_march *m)
-{
-    int by_rate;
-    double rate = ode_largest(m, m->f, &by_rate);
-    return rate > 0 ? ode_left_to_grow(m->x[by_rate], m->f[by_rate]) : 0;
 }
 
 /* The same where it is a variable that has grown by far, on a scale of its own that goes to 0; else 0. */
@@ -219,7 +220,7 @@ void ode_end_steps(struct ode_march *m, bool foreseen)
     }
     if (m->hopeless > 0 && ode_grows(m)) {
         blow_up(m);
-        m->res->end.left = fabs(m->t - m->slow_since) + left_to_grow(m);
+        m->res->end.left += fabs(m->t - m->slow_since);
         end_earlier(m, m->slow_since);
         return;
     }

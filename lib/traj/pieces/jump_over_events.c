@@ -109,12 +109,24 @@ static int in_order(const void *a, const void *b)
     return p->s != q->s ? (p->s > q->s) - (p->s < q->s) : p->event - q->event;
 }
 
+/* Both ends of the step are points of the constraints, which keep the function at 0: what it is between is what the curve lies beside them. */
+static bool is_kept(const struct guard_table *table, double noise, int e)
+{
+    static const double AT_ENDS = 0.01, BETWEEN = 16;
+    double most = 0;
+    for (int i = 0; i < table->nodes; i++)
+        most = fmax(most, fabs(guard_value(table, i, e)));
+    return fabs(guard_value(table, 0, e)) <= AT_ENDS * noise && fabs(guard_value(table, table->nodes - 1, e)) <= AT_ENDS * noise && most <= BETWEEN * noise;
+}
+
 /* Zeros of function e of the table into found: changes of its sign, and touches where these are asked for. */
 static int scan(struct over *w, const struct guard_way *way, const struct guard_table *table, int e, struct found *found)
 {
     const struct traj_event *event = w->q->q.event + e;
     int sign = 0, count = 0, lowest = -1;
     double a = 0, ga = 0;
+    if (is_kept(table, way->noise[e], e))
+        return 0;
     for (int i = 0; i < table->nodes; i++) {
         double v = guard_value(table, i, e);
         int now = fabs(v) > way->noise[e] ? v > 0 ? 1 : -1 : 0;
