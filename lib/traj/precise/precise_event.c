@@ -39,7 +39,7 @@ struct precise_watch {
     bool *back;                /* by event: what was a passage at the end of the step before is a touch */
     struct guard_table table;
     struct guard_way way;
-    double *noise;
+    double *noise;             /* by event; and work of three times as many */
     num_dd *x;                 /* n + 1: the solution where it was asked for last */
     struct place *place; int places; size_t place_cap;
 };
@@ -242,7 +242,7 @@ void precise_watch_begin(struct precise_march *m)
     w->now = sga_calloc(2 * events, sizeof *w->now);
     w->next = w->now + events;
     w->back = sga_calloc(events, sizeof *w->back);
-    w->noise = sga_calloc(events, sizeof *w->noise);
+    w->noise = sga_calloc(4 * events, sizeof *w->noise);
     w->x = sga_malloc(((size_t)m->n + 1) * sizeof *w->x);
     guard_table_init(&w->table, (int)events);
     w->way = (struct guard_way){ .count = (int)events, .at = on_way, .end = at_end, .of = m, .noise = w->noise, .budget = m->p->rq->budget };
@@ -269,14 +269,28 @@ void precise_watch_end(struct precise_march *m)
     m->watch = NULL;
 }
 
-/* What roundings of the state change the functions by at the end of the step. */
+/* What roundings of the state change the functions by at the end of the step: both ways the smaller change, as jumps beside the point are none. */
 static void take_noise(struct precise_march *m)
 {
     struct precise_watch *w = m->watch;
-    for (int e = 0; e < w->way.count; e++) {
-        struct beside at = { m, e, m->there.t, m->there.x };
-        const struct guard_point p = { { value_beside, &at, m->n + 1 }, error_of, 16 * NUM_DD_EPSILON };
-        w->noise[e] = guard_doubt(&p, GUARD_TOLD, NULL);
+    size_t events = (size_t)w->way.count;
+    struct beside at = { m, 0, m->there.t, m->there.x };
+    double *g = w->noise + events, *up = g + events, *down = up + events;
+    values_at(m, m->there.t, m->there.x, g);
+    memcpy(w->x, m->there.x, (size_t)m->n * sizeof *w->x);
+    for (size_t e = 0; e < events; e++)
+        w->noise[e] = 16 * NUM_DD_EPSILON * fabs(g[e]);
+    for (int j = 0; j < m->n; j++) {
+        double by = error_of(&at, j, GUARD_TOLD);
+        w->x[j] = num_dd_add_d(m->there.x[j], by);
+        values_at(m, m->there.t, w->x, up);
+        w->x[j] = num_dd_add_d(m->there.x[j], -by);
+        values_at(m, m->there.t, w->x, down);
+        w->x[j] = m->there.x[j];
+        for (size_t e = 0; e < events; e++) {
+            double change = fmin(fabs(up[e] - g[e]), fabs(down[e] - g[e]));
+            w->noise[e] += isfinite(change) ? change : 0;
+        }
     }
 }
 
