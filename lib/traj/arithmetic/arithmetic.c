@@ -15,9 +15,7 @@
 #include "sizes.h"
 #include "tape.h"
 
-/* Down to this double arithmetic may do; what it takes in double-double, at most, where it was not asked
- * for: steps times length of the field's tape, and all that implicit steps do. */
-static const double DOUBLE_REACHES = 1e-13;
+/* What it takes in double-double, at most, where it was not asked for: steps times length of the field's tape, and all that implicit steps do. */
 static const double MOST_LENGTH = 2e6, MOST_WORK = 1e9;
 /* So many times that, where roundings end what double has. */
 static const double ROUNDED = 20;
@@ -106,7 +104,7 @@ static bool solve_cheapest(struct flow *f, const struct sys_system *sys, const s
                            struct traj_result *r, struct sga_error *err)
 {
     struct traj_result fine;
-    bool needed = rq->rtol < DOUBLE_REACHES && rq->atol < DOUBLE_REACHES, there = needed && try_precise(f, sys, sol, rq, r, &fine);
+    bool needed = traj_beyond_double(rq), there = needed && try_precise(f, sys, sol, rq, r, &fine);
     if (there && (!fine.ended || fine.out_of_time)) {
         traj_result_clear(r);
         *r = fine;

@@ -201,15 +201,14 @@ static const char *shortfall_of(double worst, bool late)
                           : "errors that events that set variables carry on are larger than the tolerances, at tighter ones too";
 }
 
-bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
+/* Passes in the arithmetic of the request, each tighter, until two agree to the tolerances. */
+static bool in_passes(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
 {
     struct jump_pass loose, p;
     struct traj_request part;
     double tighter = 1, worst = INFINITY, before;
     bool late;
     *r = (struct traj_result){ 0 };
-    if (rq->arithmetic == TRAJ_BALL)
-        return jump_boxed_run(sys, sol, rq, r, err);
     if (rq->single) {
         bool ok = jump_pass_run(&p, sys, sol, rq, tighter, 0, err);
         *r = ok ? p.r : *r;
@@ -257,4 +256,35 @@ bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, con
     p.r = (struct traj_result){ 0 };
     jump_pass_clear(&p);
     return true;
+}
+
+/* In double-double, where double does not reach the tolerances: in a part of the time, and to the tolerances; otherwise there is nothing in *r. */
+static bool in_longer(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r)
+{
+    static const double PART = 0.4;
+    struct traj_request q = *rq;
+    struct sga_budget part;
+    struct sga_error ignored = { 0 };
+    if (rq->budget && rq->budget->deadline > 0) {
+        double now = sga_now();
+        rows_request(rq, now + PART * fmax(rq->budget->deadline - now, 0), &q, &part);
+    }
+    q.arithmetic = TRAJ_DOUBLE_DOUBLE;
+    q.rows_until = 0;
+    if (!in_passes(sys, sol, &q, r, &ignored))
+        return false;
+    if (!r->shortfall && !r->out_of_time)
+        return true;
+    traj_result_clear(r);
+    return false;
+}
+
+bool jumps_run(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, struct traj_result *r, struct sga_error *err)
+{
+    *r = (struct traj_result){ 0 };
+    if (rq->arithmetic == TRAJ_BALL)
+        return jump_boxed_run(sys, sol, rq, r, err);
+    if (rq->arithmetic == TRAJ_AUTO && !rq->single && traj_beyond_double(rq) && in_longer(sys, sol, rq, r))
+        return true;
+    return in_passes(sys, sol, rq, r, err);
 }

@@ -7,6 +7,12 @@
 #include "ode.h"
 #include "trajectory.h"
 
+bool traj_beyond_double(const struct traj_request *request)
+{
+    static const double DOUBLE_REACHES = 1e-13;        /* down to this double may do */
+    return request->exact_time && request->rtol < DOUBLE_REACHES && request->atol < DOUBLE_REACHES;
+}
+
 bool traj_in_pieces(const struct traj_request *rq)
 {
     bool any = false;

@@ -269,6 +269,8 @@ void traj_initial_clear(struct traj_initial *result);
 
 /* Whether some event sets something, or is a turn: the motion is made of pieces between events. */
 bool traj_in_pieces(const struct traj_request *request);
+/* Tolerances that double does not reach, of values that are known beyond it. */
+bool traj_beyond_double(const struct traj_request *request);
 
 /* The whole trajectory. False with err where there is none; blow-up and the like are
  * results (`ended`). */
