@@ -101,6 +101,19 @@ def units(tally, solver, first):
         tally.check(end and end["reason"] == reason and abs(end["t"] - 2) <= 3 * (end["error"] or 0) + 1e-9, f"units {number}: {reason} at 2", f"{refusal or end}: {json.dumps(request)}")
 
 
+def between_branches(tally, solver, rng):
+    """A hidden constraint is a product, y (w exp(y/2) - 1/2), from a start on neither: the branch does not depend on the form in which a factor is left by elimination."""
+    x, w = rng.choice([0.25, 0.5, 0.75]), rng.choice([1.5, 2, 2.5])
+    names, equations, told = ["x", "y", "z", "w"], ["x + y - 2 = 0", "-x/2 + y' + 1 = 0", "x' - y*w*exp(y/2) = 0", "-2*x*z + z^2 + y/(2*(x - 5/2)) + w^2/2 - 19/8 = 0"], []
+    for _ in range(6):
+        rng.shuffle(names)
+        rng.shuffle(equations)
+        answer, refusal = solver.solve({"system": {"form": "equations", "variables": names, "equations": equations}, "want": ["index", "trajectory"],
+                                        "trajectory": {"stop": 1, "samples": 3, "initial": {"x": x, "z": -0.5, "y": 2 - x, "w": w}}, "accuracy": {"rtol": 1e-6}})
+        told.append(refusal["code"] if refusal else answer["verdict"])
+    tally.check(len(set(told)) == 1, f"between branches, {x}, {w}", told)
+
+
 WAYS = [{}, {"method": "taylor"}, {"method": "dop853"}, {"method": "tsit5"}, {"method": "radau"}, {"arithmetic": "double-double", "rtol": 1e-16, "atol": 1e-16},
         {"arithmetic": "double-double", "rtol": 1e-16, "atol": 1e-16, "method": "radau"}]
 
@@ -165,6 +178,7 @@ def main():
         tally.check(ended >= 0.1 * scaled(SYSTEMS), "endings", f"only {ended} motions end")
     units(tally, solver, first)
     for number in range(scaled(8)):
+        between_branches(tally, solver, random.Random(f"{first} between {number}"))
         off_the_constraints(tally, solver, random.Random(f"{first} off {number}"))
     for number in range(scaled(16)):
         slow_manifolds(tally, solver, random.Random(f"{first} slow {number}"))

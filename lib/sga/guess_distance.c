@@ -17,6 +17,9 @@
 /* A move of 1 counts for so much less where no value was given: of what moves by itself, of what follows from it. */
 static const double MOVING = 0x1p-10, FOLLOWING = 0x1p-20;
 static const double STEP = 0x1p-16;
+/* Tangent planes from a guess to a point of the branch, how far that may be against the first of them, and how well its distance settles. */
+enum { PLANES = 30 };
+static const double FARTHER = 100, SETTLED = 1e-6;
 enum { MOST = SGA_MOST_GUESS_DISTANCE };     /* functions, and variables: beyond, each option is measured alone */
 
 /* Functions that are to vanish, with the variables in units of what a move counts for. */
@@ -75,15 +78,16 @@ static bool values(struct state *s, const struct measure *m, struct num_ball *b,
     return ok;
 }
 
-/* Values and differences at the guess; rows to a largest entry of 1. */
-static bool differences(struct state *s, struct measure *m)
+/* Values and differences where moves from the guess have come to. */
+static bool differences(struct state *s, struct measure *m, const double *move)
 {
     int n = s->sys->variables, c = m->count;
-    const double *x = s->options->near;
+    SGA_FREED double *x = sga_malloc(((size_t)n + 1) * sizeof *x);
+    for (int j = 0; j < n; j++)
+        x[j] = s->options->near[j] + move[j] * m->unit[j] / m->far[j];
     SGA_ENDS(num_ball_clear) struct num_ball b;
     SGA_FREED double *moved = sga_malloc(((size_t)c + 1) * sizeof *moved);
-    m->value = sga_calloc(((size_t)n + 1) * ((size_t)c + 1), sizeof *m->value);
-    m->J = m->value + c;
+    memset(m->J, 0, (size_t)n * (size_t)c * sizeof *m->J);
     regular_ball(s, x, s->options->near_time, &b);
     expr_cone_of(s->st, &s->cone, m->f, c);
     bool ok = values(s, m, &b, m->value);
@@ -97,24 +101,51 @@ static bool differences(struct state *s, struct measure *m)
     return ok;
 }
 
-/* The least move, to first order, that meets all of them. */
-static double least_move(const struct measure *m, int n)
+/* The least move, to first order around the one before, that meets all of them: to the point of the tangent plane there that is nearest to the guess. */
+static double least_move(const struct measure *m, int n, double *move)
 {
     SGA_ARENA(mem);
     int c = m->count, *perm = sga_take(&mem, ((size_t)c + 1) * sizeof *perm);
     double *work = sga_take(&mem, (size_t)(c + c * c + n + 1) * sizeof *work), *d = work + c + c * c, sum = 0;
     for (int i = 0; i < c; i++) {
         double size = 0, *row = m->J + (size_t)i * (size_t)n;
-        for (int j = 0; j < n; j++)
+        for (int j = 0; j < n; j++) {
             size = fmax(size, fabs(row[j]));
+            m->value[i] -= row[j] * move[j];
+        }
         for (int j = 0; j < n && size > 0; j++)
             row[j] /= size;
         m->value[i] = size > 0 ? m->value[i] / size : 0;
     }
     points_least_norm(c, n, m->J, m->value, d, perm, work);
-    for (int j = 0; j < n; j++)
+    for (int j = 0; j < n; j++) {
+        move[j] = d[j];
         sum += d[j] * d[j];
+    }
     return sqrt(sum);
+}
+
+/* A factor times one that has no zero is as far: planes are followed to where they touch. Where that leads nowhere the first one says it. */
+static double nearest(struct state *s, struct measure *m)
+{
+    int n = s->sys->variables;
+    SGA_FREED double *move = sga_calloc((size_t)n + 1, sizeof *move);
+    m->value = sga_calloc(((size_t)n + 1) * ((size_t)m->count + 1), sizeof *m->value);
+    m->J = m->value + m->count;
+    double first = INFINITY, last = INFINITY;
+    for (int k = 0; k < PLANES; k++) {
+        if (!differences(s, m, move))
+            return first;
+        double far = least_move(m, n, move);
+        if (k == 0)
+            first = far;
+        if (!(far < FARTHER * first))
+            return first;
+        if (fabs(far - last) <= SETTLED * far)
+            return far;
+        last = far;
+    }
+    return first;
 }
 
 /* NaN: there are too many functions. */
@@ -125,7 +156,7 @@ static double measured(struct state *s, const struct regular_option *o, expr_id 
     double far = NAN;
     if (m.count <= MOST) {
         units(s, &m);
-        far = differences(s, &m) ? least_move(&m, s->sys->variables) : INFINITY;
+        far = nearest(s, &m);
     }
     free(m.f);
     free(m.unit);
