@@ -132,10 +132,12 @@ static double error_of(void *ctx, int j, enum guard_errors which)
            : m->scale[j];
 }
 
+static struct guard_point point_of(struct beside *b) { return (struct guard_point){ { value_beside, b, b->m->n + 1 }, error_of, 16 * NUM_DD_EPSILON }; }
+
 static double doubt_at(struct precise_march *m, int e, const struct precise_point *q)
 {
     struct beside at = { m, e, q->t, q->x };
-    const struct guard_point p = { { value_beside, &at, m->n + 1 }, error_of, 16 * NUM_DD_EPSILON };
+    const struct guard_point p = point_of(&at);
     return guard_doubt(&p, GUARD_ALLOWED, NULL);
 }
 
@@ -249,7 +251,7 @@ void precise_watch_begin(struct precise_march *m)
     for (int e = 0; e < (int)events; e++) {
         int side = m->p->rq->event_side ? m->p->rq->event_side[e] : ODE_SIDE_FRESH;
         struct beside at = { m, e, m->here.t, m->here.x };
-        const struct guard_point p = { { value_beside, &at, m->n + 1 }, error_of, 16 * NUM_DD_EPSILON };
+        const struct guard_point p = point_of(&at);
         guard_track_start(w->now + e, &p, side == 1 || side == -1 ? side : 0, side == ODE_SIDE_FRESH);
     }
 }
