@@ -10,13 +10,14 @@
 
 #include "mem.h"
 #include "op.h"
+#include "sort.h"
 #include "watch.h"
 
 enum { BATCH = 1 << 12, BLOCK = 64 };      /* nodes between looks at the clock; of values */
 
 void num_ball_init(struct num_ball *b, const struct expr_store *st, slong prec)
 {
-    *b = (struct num_ball){ .st = st, .prec = prec };
+    *b = (struct num_ball){ .st = st, .prec = prec, .round = 1 };
 }
 
 static void drop_solutions(struct num_ball *b)
@@ -31,9 +32,21 @@ static void drop_solutions(struct num_ball *b)
     b->solutions = 0;
 }
 
+/* What was asked for is forgotten: rounds are told apart by a byte, which is 0 where there was none yet. */
+static void next_round(struct num_ball *b)
+{
+    if (++b->round)
+        return;
+    for (size_t k = 0; k < b->used_cap; k++)
+        if (b->used[k])
+            memset(b->asked + k * BLOCK, 0, BLOCK);
+    b->round = 1;
+}
+
 void num_ball_forget(struct num_ball *b)
 {
     b->nodes = 0;
+    next_round(b);
     drop_solutions(b);
 }
 
@@ -45,8 +58,9 @@ void num_ball_release(struct num_ball *b)
             arb_clear(b->value + k * BLOCK + i);
     sga_zero_pages_free(b->value, b->used_cap * BLOCK * sizeof *b->value);
     sga_zero_pages_free(b->used, b->used_cap);
+    sga_zero_pages_free(b->asked, b->used_cap * BLOCK);
     b->value = NULL;
-    b->used = NULL;
+    b->used = b->asked = NULL;
     b->used_cap = 0;
 }
 
@@ -58,6 +72,7 @@ void num_ball_clear(struct num_ball *b)
     free(b->symbol);
     free(b->solution);
     free(b->inverse);
+    free(b->wanted);
     *b = (struct num_ball){ 0 };
 }
 
@@ -79,6 +94,7 @@ static void make_room(struct num_ball *b)
     blocks = blocks > 2 * b->used_cap ? blocks : 2 * b->used_cap;
     b->value = sga_zero_pages_grow(b->value, b->used_cap * BLOCK * sizeof *b->value, blocks * BLOCK * sizeof *b->value);
     b->used = sga_zero_pages_grow(b->used, b->used_cap, blocks);
+    b->asked = sga_zero_pages_grow(b->asked, b->used_cap * BLOCK, blocks * BLOCK);
     b->used_cap = blocks;
 }
 
@@ -332,7 +348,8 @@ static void extend(struct num_ball *b, int nodes)
         int upto = nodes - b->nodes > BATCH ? b->nodes + BATCH : nodes;
         sga_watch_count(SGA_COUNT_BALLS, upto - b->nodes);
         for (; b->nodes < upto; b->nodes++)
-            eval(b, b->nodes);
+            if (b->asked[b->nodes] != b->round)
+                eval(b, b->nodes);
     }
 }
 
@@ -341,9 +358,44 @@ void num_ball_extend(struct num_ball *b)
     extend(b, b->st->nodes);
 }
 
-void num_ball_extend_to(struct num_ball *b, expr_id e)
+static bool is_known(const struct num_ball *b, expr_id e)
 {
-    extend(b, (int)e + 1);
+    return (int)e < b->nodes || b->asked[e] == b->round;
+}
+
+/* Evaluates nodes of a list, children first. */
+static void eval_all(struct num_ball *b, const expr_id *list, int count)
+{
+    for (int from = 0; from < count; from += BATCH) {
+        int upto = count - from > BATCH ? from + BATCH : count;
+        sga_watch_count(SGA_COUNT_BALLS, upto - from);
+        for (int i = from; i < upto; i++)
+            eval(b, list[i]);
+    }
+}
+
+void num_ball_ask(struct num_ball *b, expr_id e)
+{
+    int count = 0;
+    cover(b);
+    if (is_known(b, e))
+        return;
+    SGA_RESERVE(b->wanted, b->wanted_cap, 1);
+    b->wanted[count++] = e;
+    b->asked[e] = b->round;
+    for (int i = 0; i < count; i++) {
+        int children = expr_children(b->st, b->wanted[i]);
+        SGA_RESERVE(b->wanted, b->wanted_cap, count + children);
+        for (int k = 0; k < children; k++) {
+            expr_id child = expr_child(b->st, b->wanted[i], k);
+            if (is_known(b, child))
+                continue;
+            b->asked[child] = b->round;
+            b->wanted[count++] = child;
+        }
+    }
+    sga_sort(b->wanted, (size_t)count);
+    eval_all(b, b->wanted, count);
 }
 
 void num_ball_list(struct num_ball *b, const expr_id *list, int count)
@@ -351,12 +403,7 @@ void num_ball_list(struct num_ball *b, const expr_id *list, int count)
     cover(b);
     drop_solutions(b);
     cover(b);
-    for (int from = 0; from < count; from += BATCH) {
-        int upto = count - from > BATCH ? from + BATCH : count;
-        sga_watch_count(SGA_COUNT_BALLS, upto - from);
-        for (int i = from; i < upto; i++)
-            eval(b, list[i]);
-    }
+    eval_all(b, list, count);
 }
 
 void num_ball_constant(const struct expr_store *st, expr_id e, double otherwise, slong prec, arb_t r)

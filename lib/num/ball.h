@@ -17,6 +17,8 @@ struct num_ball {
     arb_ptr value;  int nodes;     /* values of the nodes known so far */
     size_t symbol_cap;
     unsigned char *used; size_t used_cap;   /* by block of values: some node of it was evaluated; the others are all zeros, and never touched */
+    unsigned char *asked, round;   /* by node: the round in which num_ball_ask gave it its value; values of earlier rounds are forgotten */
+    expr_id *wanted; size_t wanted_cap;     /* room of num_ball_ask */
     arb_ptr *solution;             /* by linear solve: its solution, once computed; */
     arb_ptr *inverse;              /* and its matrix's inverse, row by row, once a gradient asks */
     int solutions; size_t solution_cap, inverse_cap;
@@ -33,8 +35,8 @@ void num_ball_forget(struct num_ball *b);
 void num_ball_release(struct num_ball *b);
 /* Values for every node that the store has now. Cost: 0.1 to 1 microseconds a node. */
 void num_ball_extend(struct num_ball *b);
-/* For e and every node before it: what was made since is left until it is asked for. */
-void num_ball_extend_to(struct num_ball *b, expr_id e);
+/* For e and what it is made of, where they have none since values were forgotten. Cost: what of its cone was not asked for before. */
+void num_ball_ask(struct num_ball *b, expr_id e);
 /* Values of the nodes of one list only, in order (children first). */
 void num_ball_list(struct num_ball *b, const expr_id *list, int count);
 static inline arb_ptr num_ball_value(struct num_ball *b, expr_id e) { return b->value + e; }

@@ -50,7 +50,6 @@ void points_oracle_forget(struct points_oracle *s)
         points_modpoint_clear(s->modular + i);
     s->reals = s->modulars = 0;
     s->height = -1;
-    s->listed = 0;
     s->modular_over = false;
     if (s->beyond)
         points_beyond_forget(s->beyond);
@@ -242,7 +241,7 @@ bool points_oracle_certified(const struct points_oracle *s)
 double points_oracle_magnitude(struct points_oracle *s, expr_id e)
 {
     assert(s->reals > 0);
-    num_ball_extend_to(&s->real[0].ball, e);
+    num_ball_ask(&s->real[0].ball, e);
     SGA_ENDS(mag_end) mag_t m = { 0 };
     arb_get_mag(m, num_ball_value(&s->real[0].ball, e));
     return mag_is_special(m) ? -1e9 : mag_get_d_log2_approx(m);

@@ -61,7 +61,6 @@ struct points_oracle {
     int prime;                               /* of the next of them */
     bool modular_over;                       /* no more can be found */
     struct expr_cone cone;
-    int listed;                              /* nodes that had values at the present points for one question alone */
     double height;                           /* of the space's functions (points_height) at the first point; < 0: not asked */
     uint64_t random, chance;                 /* chance: of modular points, so that real ones do not depend on what was asked before */
     long count[POINTS_BASES];                /* decisions so far, by basis */

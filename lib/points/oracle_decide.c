@@ -53,34 +53,11 @@ static void count_ball(struct tally *t, const struct points_point *p, const arb_
     }
 }
 
-/* What a question may cost beside all nodes before it: a few questions about a large store are asked of their cones. */
-enum { FEW_NODES = 10000, PART = 8 };
-
-/* Values for e at the points: of its cone alone, until such cones are as many as what is left out. */
-static void give_value(struct points_oracle *s, expr_id e)
-{
-    int most = 0;
-    for (int k = 0; k < s->reals; k++)
-        most = (int)e - s->real[k].ball.nodes > most ? (int)e - s->real[k].ball.nodes : most;
-    if (most > FEW_NODES && !s->space.st->solves) {
-        expr_cone_of(s->space.st, &s->cone, &e, 1);
-        if (s->listed + s->cone.count < most / PART) {
-            s->listed += s->cone.count;
-            for (int k = 0; k < s->reals; k++)
-                num_ball_list(&s->real[k].ball, s->cone.list, s->cone.count);
-            return;
-        }
-    }
-    s->listed = 0;
-    for (int k = 0; k < s->reals; k++)
-        num_ball_extend_to(&s->real[k].ball, e);
-}
-
 static struct tally look(struct points_oracle *s, expr_id e)
 {
     struct tally t = { .digits = 1 << 20 };
-    give_value(s, e);
     for (int k = 0; k < s->reals; k++) {
+        num_ball_ask(&s->real[k].ball, e);
         count_ball(&t, s->real + k, num_ball_value(&s->real[k].ball, e));
     }
     return t;
@@ -89,9 +66,8 @@ static struct tally look(struct points_oracle *s, expr_id e)
 static struct tally look_high(struct points_oracle *s, expr_id e)
 {
     struct tally t = { .digits = 1 << 20 };
-    expr_cone_of(s->space.st, &s->cone, &e, 1);
     for (int k = 0; k < s->reals; k++) {
-        num_ball_list(&s->high[k].ball, s->cone.list, s->cone.count);
+        num_ball_ask(&s->high[k].ball, e);
         count_ball(&t, s->high + k, num_ball_value(&s->high[k].ball, e));
     }
     return t;
@@ -156,7 +132,8 @@ double points_oracle_height(struct points_oracle *s)
         for (int i = 0; i < n; i++)
             root[i] = i < s->space.constraints ? s->space.constraint[i] : s->space.defined[i - s->space.constraints];
         expr_cone_of(s->space.st, &s->cone, root, n);
-        num_ball_extend(&s->real[0].ball);
+        for (int i = 0; i < n; i++)
+            num_ball_ask(&s->real[0].ball, root[i]);
         s->height = points_height(&s->real[0].ball, s->cone.list, s->cone.count);
     }
     return s->height;
@@ -169,7 +146,7 @@ static slong needed_bits(struct points_oracle *s, expr_id e)
     double height = points_oracle_height(s);
     expr_cone_of(s->space.st, &s->cone, &e, 1);
     for (int k = 0; k < s->reals; k++) {
-        num_ball_extend_to(&s->real[k].ball, e);
+        num_ball_ask(&s->real[k].ball, e);
         slong here = points_needed_bits(&s->real[k].ball, s->cone.list, s->cone.count, height);
         need = here > need ? here : need;
     }

@@ -47,7 +47,7 @@ static bool on_component(struct state *s, int constraints)
     for (int k = 0; k < w->reals && on; k++) {
         struct num_ball *b = &w->real[k].ball;
         for (int i = 0; i < w->zeros && on; i++) {
-            num_ball_extend_to(b, w->zero[i].expr);
+            num_ball_ask(b, w->zero[i].expr);
             arb_srcptr v = num_ball_value(b, w->zero[i].expr);
             on = w->zero[i].constraints > constraints || !arb_is_finite(v) || arb_contains_zero(v);
         }

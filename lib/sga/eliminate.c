@@ -27,8 +27,8 @@ static bool varies(struct state *s, expr_id v)
     struct points_oracle *w = s->oracle;
     if (w->reals < 2)
         return false;
-    num_ball_extend_to(&w->real[0].ball, v);
-    num_ball_extend_to(&w->real[1].ball, v);
+    num_ball_ask(&w->real[0].ball, v);
+    num_ball_ask(&w->real[1].ball, v);
     return !arb_overlaps(num_ball_value(&w->real[0].ball, v), num_ball_value(&w->real[1].ball, v));
 }
 

@@ -292,7 +292,7 @@ static bool tiny(const struct check *c, expr_id pivot)
     if (!c->oracle || !c->oracle->reals)
         return true;
     struct num_ball *b = &((struct points_oracle *)c->oracle)->real[0].ball;
-    num_ball_extend_to(b, pivot);
+    num_ball_ask(b, pivot);
     return arb_contains_zero(num_ball_value(b, pivot));
 }
 

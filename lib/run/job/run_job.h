@@ -114,7 +114,8 @@ struct job {
         double work;              /* what searches for them have cost: Newton steps times the nodes that each evaluates */
         double least_cost;        /* of one such step on the set of the first spent_on - 1 constraints, for which no step was granted any more */
         int spent_on;             /* 0: there was none such */
-        long compared;            /* nodes of constraints that factors were compared with */
+        long compared;            /* nodes of constraints that factors were compared with: */
+        struct strata_constraints *constraints;     /* these, by what they contain; NULL until then */
         bool skipped;             /* zeros of some functions were not, or not fully, looked for */
         const char **determinant; /* by dense block: what became of the search for its zeros; static texts; or NULL */
         struct strata_tree *tree; /* of all strata being solved; NULL at the request's own answer until then */

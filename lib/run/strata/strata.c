@@ -76,6 +76,8 @@ void answer_strata_clear(struct job *j)
         stratum_clear(j->strata.at + i);
     free(j->strata.at);
     free(j->strata.determinant);
+    strata_constraints_free(j->strata.constraints);
+    j->strata.constraints = NULL;
     j->strata.determinant = NULL;
     j->strata.at = NULL;
     j->strata.count = 0;

@@ -11,6 +11,7 @@ struct domain;
 struct expr_facts;
 struct job;
 struct poly_alike;
+struct strata_constraints;
 struct stratum;
 
 struct listing {
@@ -50,6 +51,11 @@ struct strata_look {
 /* The point, and the rank there; *rank is -1 where an irregular place was approached, or it was not asked for. With
  * STRATA_TIME the point's x has the time after the variables. The caller clears p in every case. */
 enum points_status strata_look_at(struct job *j, struct strata_look look, struct points_point *p, int *rank);
+
+/* Whether e is, up to its sign, a constraint of the first generation, as the squared length of a rod less what that is. Cost: the constraints that
+ * have its rarest variable, until all that were compared have cost a walk of the store: for some functions only a point modulo a prime tells, and one serves all. */
+bool strata_is_constraint(struct job *j, expr_id e);
+void strata_constraints_free(struct strata_constraints *k);       /* NULL: nothing */
 
 /* The rank at general points of the set of the first `before` constraints; asked once for a set. */
 int strata_general_rank(struct listing *l, int before);

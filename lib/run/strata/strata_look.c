@@ -114,58 +114,14 @@ static double step_cost(const struct expr_store *st, const expr_id *con, int c, 
     return cost;
 }
 
-/* By symbol: whether the function contains it. Returns how many. */
-static int mark_symbols(const struct expr_store *st, struct expr_cone *cone, expr_id e, unsigned char *in)
-{
-    int count = 0;
-    expr_cone_of(st, cone, &e, 1);
-    for (int k = 0; k < cone->count; k++)
-        if (st->node[cone->list[k]].op == EXPR_SYM) {
-            in[st->node[cone->list[k]].a] = 1;
-            count++;
-        }
-    return count;
-}
-
-/* Whether the cone has these symbols, all of them and no others. */
-static bool has_symbols(const struct expr_store *st, const struct expr_cone *cone, const unsigned char *in, int count)
-{
-    for (int k = 0; k < cone->count; k++)
-        if (st->node[cone->list[k]].op == EXPR_SYM && (!in[st->node[cone->list[k]].a] || !count--))
-            return false;
-    return count == 0;
-}
-
-/* Whether it is, up to its sign, a constraint of the first generation, as the squared length of a rod less what that is. Asked first: where there are
- * many constraints a point modulo a prime costs far more; but that serves all factors, so that comparing ends once it has cost a walk of the store. */
-static bool is_constraint(struct job *j, expr_id e)
-{
-    const struct sga_solution *sol = j->solution;
-    struct expr_store *st = &j->request->store;
-    struct poly_limits limits = poly_limits_of(POLY_GLANCE, j->budget);
-    SGA_ARENA(mem);
-    unsigned char *in = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
-    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
-    expr_cone_init(&cone);
-    int count = mark_symbols(st, &cone, e, in);
-    for (int i = 0; i < sol->constraints && sol->constraint[i].generation == 1 && j->strata.compared <= st->nodes; i++) {
-        expr_id c = sol->constraint[i].expr;
-        expr_cone_of(st, &cone, &c, 1);
-        j->strata.compared += cone.count;
-        if (has_symbols(st, &cone, in, count) && (poly_is_zero(st, expr_sub(st, e, c), &limits) == POLY_YES || poly_is_zero(st, expr_add(st, e, c), &limits) == POLY_YES))
-            return true;
-    }
-    return false;
-}
-
 /* Whether the function has one value, not 0, on all of the final set (x^2 + y^2 on a circle). */
 static bool constant_there(struct job *j, expr_id e)
 {
     struct points_oracle *s = j->oracle;
     if (s->reals < 2)
         return false;
-    num_ball_extend_to(&s->real[0].ball, e);
-    num_ball_extend_to(&s->real[1].ball, e);
+    num_ball_ask(&s->real[0].ball, e);
+    num_ball_ask(&s->real[1].ball, e);
     arb_srcptr v = num_ball_value(&s->real[0].ball, e), other = num_ball_value(&s->real[1].ball, e);
     double d = arf_get_d(arb_midref(v), ARF_RND_NEAR), den = 1;
     if (!arb_is_finite(v) || !arb_overlaps(v, other) || !(fabs(d) < 1e9))
@@ -179,7 +135,7 @@ static bool constant_there(struct job *j, expr_id e)
     fmpq_set_si(q, (slong)(d * den), (ulong)den);
     expr_id rest = expr_sub(&j->request->store, e, expr_fmpq(&j->request->store, q));
     fmpq_clear(q);
-    if (is_constraint(j, rest))
+    if (strata_is_constraint(j, rest))      /* a point modulo a prime costs far more */
         return true;
     if (!points_oracle_modular_zero(s, rest))      /* digits would not be enough */
         return false;
