@@ -136,14 +136,15 @@ static void loosen(struct tiers_search *s, struct tiers_found *best, struct tier
     }
 }
 
-/* No point was found, or the nearest one is not near: others may be nearer, which ways from far and wide have missed. From places around the guess, ever farther
- * from it where there is none, else nearer to it than that point, until a number of them find no nearer one. */
-static void look_around(struct tiers_search *s, struct tiers_found *best, struct tiers_found *new)
+/* No point was found, or the nearest one is not near, or no way led to the set from the guess itself (direct), as where all slopes are 0 there: others
+ * may be nearer, which ways from far and wide have missed. From places around the guess, ever farther from it where there is none, else nearer to it
+ * than that point, until a number of them find no nearer one. */
+static void look_around(struct tiers_search *s, struct tiers_found *best, struct tiers_found *new, bool direct)
 {
     static const double part[] = { 0.25, 0.0625, 0.125, 0.5 };
     double before = s->t.effort;
     for (int k = 0, idle = 0; idle < (best->any ? IDLE : IDLE_NONE) && s->t.effort - before < ENOUGH_AROUND && goes_on(s, best); k++) {
-        if (best->any && best->score[0] <= NEAR * NEAR)
+        if (best->any && direct && best->score[0] <= NEAR * NEAR)
             return;
         double radius = best->any ? sqrt(best->score[0]) * part[k % 4] : ldexp(0.5, k / 8);
         bool walk = k % 2;
@@ -161,13 +162,14 @@ static void look_around(struct tiers_search *s, struct tiers_found *best, struct
 /* From the guess and from places around it. */
 void tiers_from_guess(struct tiers_search *s, struct tiers_found *best, struct tiers_found *new)
 {
-    bool only = false, easy = false;
+    bool only = false, direct = false, easy = false;
     s->starts = s->stage >= TIERS_MOVE_ALL ? MORE_STARTS : STARTS;
     for (int k = 0; k <= s->starts && !only && goes_on(s, best); k++) {
         bool walk = k == s->starts - 1;
         begin(s, k, best->any ? fmax(1, sqrt(best->score[0])) : 1, new->x);
         if (!reach(s, new->x, LOOSE, walk ? SHORT : INFINITY, walk ? WALK : SETTLE, &easy))
             continue;
+        direct |= k == 0;
         only = k == 0 && alone(s, new->x, easy);
         tiers_complete(s, new);
         keep(s, best, new);
@@ -175,7 +177,7 @@ void tiers_from_guess(struct tiers_search *s, struct tiers_found *best, struct t
     if (s->stage >= TIERS_MOVE_ALL)
         loosen(s, best, new);
     if (!only)
-        look_around(s, best, new);
+        look_around(s, best, new, direct);
     if (!only && best->any)
         retreat(s, best, new);
 }

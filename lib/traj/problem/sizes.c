@@ -10,6 +10,7 @@
 #include "mem.h"
 #include "natural.h"
 #include "scaling.h"
+#include "sort.h"
 #include "system.h"
 #include "warnings.h"
 
@@ -102,22 +103,43 @@ static struct scaling *sizes_of(const struct sys_system *sys, const struct traj_
     return w;
 }
 
+/* Where to cut decades: in the middle of the widest gap between the fractions (ascending, from 0 to 1) of what is told apart by them. Of gaps about
+ * as wide, the one nearest to the middle between two powers of ten, then the upper one. */
+static double cut(const double *fraction, int count)
+{
+    static const double ALIKE = 0.05;      /* sizes are known to some hundredths of a decade */
+    double best = 0.5, widest = 0;
+    for (int k = 0; k < count; k++) {
+        double next = k + 1 < count ? fraction[k + 1] : fraction[0] + 1, gap = next - fraction[k], middle = (next + fraction[k]) / 2;
+        middle -= floor(middle);
+        double nearer = fabs(best - 0.5) - fabs(middle - 0.5);
+        if (gap > widest + ALIKE || (gap > widest - ALIKE && (nearer > ALIKE || (nearer > -ALIKE && middle > best)))) {
+            widest = gap;
+            best = middle;
+        }
+    }
+    return best;
+}
+
 /* Of values that were not given. Powers of ten, so that a start does not depend on units: another one, by a power of ten, shifts them by
- * as much. What is common to all of their fractions says nothing, and is left out: sizes that are alike stay so. */
+ * as much. Sizes that are alike stay so: decades begin where no size is near. */
 static void weigh_others(struct sizes *s, const struct traj_request *from, const double *log)
 {
-    static const double TEN = 3.321928094887362, FULL = 6.283185307179586;     /* log2 10; of a turn */
-    double x = 0, y = 0, most = 140;
-    for (int j = 0; j < s->n; j++) {
-        x += cos(FULL * log[j] / TEN);
-        y += sin(FULL * log[j] / TEN);
-    }
-    double common = x == 0 && y == 0 ? 0 : atan2(y, x) / FULL;
-    for (int j = 0; j < s->n; j++) {
-        double decade = nearbyint(fmax(-most, fmin(most, log[j] / TEN - common)));
+    static const double TEN = 3.321928094887362, FINE = 1e9;     /* log2 10 */
+    const double most = 140;
+    SGA_ARENA(mem);
+    int *order = sga_take(&mem, ((size_t)s->n + 1) * sizeof *order), count = 0;
+    double *fraction = sga_take(&mem, ((size_t)s->n + 1) * sizeof *fraction);
+    for (int j = 0; j < s->n; j++)
         if (!from->given[j])
-            s->weight[j] = pow(10, decade);
-    }
+            order[count++] = (int)(FINE * (log[j] / TEN - floor(log[j] / TEN)));
+    sga_sort(order, (size_t)count);
+    for (int k = 0; k < count; k++)
+        fraction[k] = order[k] / FINE;
+    double at = cut(fraction, count);
+    for (int j = 0; j < s->n; j++)
+        if (!from->given[j])
+            s->weight[j] = pow(10, ceil(fmax(-most, fmin(most, log[j] / TEN)) - at));
 }
 
 /* slight[j] (n, zero on entry): given values that are roundings of 0 beside the sizes that the others and the equations tell. A start that is

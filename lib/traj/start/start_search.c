@@ -17,8 +17,8 @@
 #include "tape.h"
 #include "tiers.h"
 
-/* Starts beside the guess; fewer where each is dear. */
-enum { STARTS = 32, FEW = 8, SMALL = 60, PROJECTED = 80 };
+/* Starts beside the guess; fewer where each is dear; on a bound, and on two. */
+enum { STARTS = 32, FEW = 8, AT_BOUND = 6, AT_TWO = 3, SMALL = 60, PROJECTED = 80 };
 /* Outside of a bound by less, relative to 1 + |bound|, is on it; and distances that differ by less are the same. */
 static const double ON = 1e-9, ALIKE = 1e-7;
 
@@ -270,12 +270,33 @@ static void other_start(const struct place *p, int k, const double *beside, doub
     }
 }
 
+/* Starts with variables at the bounds of `at` join the others: from so many places, and, where searched, the nearest that a whole search from the guess finds,
+ * which is returned; x NULL: there is none. */
+static struct start_found try_at(struct start_search *s, const unsigned char *use, bool freed, const signed char *at, bool searched, int places, struct start_found *found,
+                                 struct start_found *outside)
+{
+    struct place p;
+    struct start_found nearest = { 0 };
+    SGA_FREED double *x = sga_calloc((size_t)s->sys->variables + 1, sizeof *x);
+    place_init(&p, s, use, freed, at);
+    if (searched && try_from(&p, NULL, &nearest))
+        keep(s, &nearest, found, outside);
+    else
+        nearest.x = NULL;
+    for (int k = 0; k < places && p.ok && sga_budget_ok(s->rq->budget, NULL); k++) {
+        struct start_found f = { 0 };
+        other_start(&p, k, nearest.x, x);
+        if (try_from(&p, x, &f))
+            keep(s, &f, found, outside);
+    }
+    place_clear(&p);
+    return nearest;
+}
+
 /* Bounds that the nearest start passes hold as equations, one more each time. */
-static void at_bounds(struct start_search *s, const unsigned char *use, bool freed, const struct start_found *first, struct start_found *found, struct start_found *outside)
+static void close_in(struct start_search *s, const unsigned char *use, bool freed, signed char *at, struct start_found now, struct start_found *found, struct start_found *outside)
 {
     int n = s->sys->variables;
-    signed char *at = sga_zeros(&s->mem, (size_t)n + 1, 1);
-    struct start_found now = *first;
     for (int k = 0; k < n && k < STARTS && now.x && outside_of(s, now.x) > 0; k++) {
         int worst = -1;
         for (int i = 0; i < n; i++) {
@@ -286,16 +307,48 @@ static void at_bounds(struct start_search *s, const unsigned char *use, bool fre
         if (worst < 0)
             return;
         at[worst] = now.x[worst] < s->rq->low[worst] ? -1 : 1;
-        struct place p;
-        struct start_found next = { 0 };
-        place_init(&p, s, use, freed, at);
-        if (try_from(&p, NULL, &next))
-            keep(s, &next, found, outside);
-        else
-            next.x = NULL;
-        place_clear(&p);
-        now = next;
+        now = try_at(s, use, freed, at, true, 0, found, outside);
     }
+}
+
+/* The bounds that there are, by name: places 2 j of low ones and 2 j + 1 of high ones. Returns how many, at the most STARTS. */
+static int list_bounds(const struct start_search *s, bool freed, int *bound)
+{
+    int count = 0;
+    for (int i = 0; i < 2 * s->sys->variables && s->rq->low && count < STARTS; i++) {
+        int j = s->by_name[i / 2];
+        if (isfinite(i % 2 ? s->rq->high[j] : s->rq->low[j]) && !(s->plain.held && s->plain.held[j] && !freed))
+            bound[count++] = 2 * j + i % 2;
+    }
+    return count;
+}
+
+static void set_at(signed char *at, size_t n, const int *bound, int count)
+{
+    memset(at, 0, n);
+    for (int k = 0; k < count; k++)
+        at[bound[k] / 2] = bound[k] % 2 ? 1 : -1;
+}
+
+/* On the bounds: on those that the nearest start of all passes; and on each and on each two, as the nearest start within may lie on some that it does not pass. */
+static void at_bounds(struct start_search *s, const unsigned char *use, bool freed, const struct start_found *first, struct start_found *found, struct start_found *outside)
+{
+    size_t n = (size_t)s->sys->variables;
+    signed char *at = sga_zeros(&s->mem, n + 1, 1);
+    int bound[STARTS], bounds = s->few || n > SMALL ? 0 : list_bounds(s, freed, bound), pairs = 0;
+    if (first->x)
+        close_in(s, use, freed, at, *first, found, outside);
+    for (int i = 0; i < bounds && sga_budget_ok(s->rq->budget, NULL); i++) {
+        set_at(at, n, bound + i, 1);
+        try_at(s, use, freed, at, true, AT_BOUND, found, outside);
+    }
+    for (int i = 0; i < bounds; i++)
+        for (int k = 0; k < i && pairs < STARTS && sga_budget_ok(s->rq->budget, NULL); k++)
+            if (bound[i] / 2 != bound[k] / 2) {
+                set_at(at, n, (int[]){ bound[i], bound[k] }, 2);
+                try_at(s, use, freed, at, false, AT_TWO, found, outside);
+                pairs++;
+            }
 }
 
 bool start_search_find(struct start_search *s, const unsigned char *use, bool freed, struct start_found *found, struct start_found *outside)
@@ -319,8 +372,7 @@ bool start_search_find(struct start_search *s, const unsigned char *use, bool fr
                 keep(s, &f, found, outside);
         }
         free(x);
-        if (first.x)
-            at_bounds(s, use, freed, &first, found, outside);
+        at_bounds(s, use, freed, &first, found, outside);
     }
     place_clear(&p);
     assert((!found->x || outside_of(s, found->x) == 0) && (!outside->x || outside_of(s, outside->x) > 0));
