@@ -1,5 +1,6 @@
-/* The choice of states: what moves with an input's derivative must follow from the constraints; of the others those follow whose
- * differentials the constraints determine best, the last named ones first. */
+/* The choice of states: what moves with an input's derivative must follow from the constraints; then those follow whose derivatives no equation has, as far as
+ * the constraints determine them well (a multiplier is no state where coordinates can be); of the others those whose differentials the constraints
+ * determine best, the last named ones first. */
 #include "linear_coordinates.h"
 
 #include <assert.h>
@@ -8,6 +9,7 @@
 
 #include "arena.h"
 #include "error.h"
+#include "kinds.h"
 #include "mem.h"
 #include "natural.h"
 #include "oracle.h"
@@ -16,8 +18,8 @@
 
 /* A pivot is as good as the best one when it is this large beside it: then the later variable is taken. */
 static const double AS_GOOD = 0.1;
-/* What elimination in doubles leaves of a column that is none. */
-static const double NOTHING = 1e-10;
+/* What elimination in doubles leaves of a column that is none; and what is a good pivot beside a row's largest entry. */
+static const double NOTHING = 1e-10, WELL = 1e-3;
 
 static const char *name_of(const struct linear_request *rq, int variable)
 {
@@ -111,17 +113,17 @@ static double *doubles(struct sga_arena *mem, const struct linear_matrix *J, int
     return m;
 }
 
-/* The entry to divide by, of rows that are left and columns that are allowed; false: there is none. */
-static bool pivot(const double *m, int rows, int cols, int from, const unsigned char *allowed, int *row, int *col)
+/* The entry to divide by, of rows that are left and columns that are allowed, larger than least; false: there is none. */
+static bool pivot(const double *m, int rows, int cols, int from, const unsigned char *allowed, double least, int *row, int *col)
 {
-    double best = NOTHING;
+    double best = least;
     for (int i = from; i < rows; i++)
         for (int k = 0; k < cols; k++)
             if (allowed[k])
                 best = fmax(best, fabs(m[i * cols + k]));
     for (int k = cols - 1; k >= 0; k--)
         for (int i = from; i < rows && allowed[k]; i++)
-            if (fabs(m[i * cols + k]) > NOTHING && fabs(m[i * cols + k]) >= AS_GOOD * best) {
+            if (fabs(m[i * cols + k]) > least && fabs(m[i * cols + k]) >= AS_GOOD * best) {
                 *row = i;
                 *col = k;
                 return true;
@@ -146,21 +148,22 @@ static void eliminate(double *m, int rows, int cols, int at, int row, int col)
 /* Those that follow, by elimination; false: fewer than rows. */
 static bool follow(struct linear_coordinates *c, const struct linear_request *rq, double *m, int rows, const unsigned char *moving, unsigned char *taken)
 {
+    enum { MOVING, FOLLOWING, ALL, PARTS };
     int n = rq->sys->variables, row = 0, col = 0;
-    SGA_FREED unsigned char *allowed = sga_calloc((size_t)n + 1, 1);
+    SGA_FREED unsigned char *allowed = sga_calloc(2 * (size_t)n + 1, 1);
+    unsigned char *kind = allowed + n;
+    sys_kinds(rq->sys, kind);
     c->follows = 0;
     memset(taken, 0, (size_t)n);
-    for (int j = 0; j < n; j++)
-        allowed[j] = moving[j] && input_of(rq, j) < 0;
-    for (int part = 0; part < 2; part++) {      /* what moves with inputs, then all others */
-        while (c->follows < rows && pivot(m, rows, n, c->follows, allowed, &row, &col)) {
+    for (int part = 0; part < PARTS; part++) {
+        for (int j = 0; j < n; j++)
+            allowed[j] = !taken[j] && input_of(rq, j) < 0 && (part == ALL || (part == MOVING ? moving[j] : kind[j] >= SYS_ALGEBRAIC));
+        while (c->follows < rows && pivot(m, rows, n, c->follows, allowed, part == FOLLOWING ? WELL : NOTHING, &row, &col)) {
             eliminate(m, rows, n, c->follows, row, col);
             c->follow[c->follows++] = col;
             allowed[col] = 0;
             taken[col] = 1;
         }
-        for (int j = 0; j < n; j++)
-            allowed[j] = !taken[j] && input_of(rq, j) < 0;
     }
     return c->follows == rows;
 }
