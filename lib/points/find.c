@@ -41,6 +41,14 @@ double points_uniform(uint64_t *state)
     return ((double)(points_random(state) >> 34) + 0.5) * 0x1p-30;
 }
 
+double points_scatter(const char *name, int turn)
+{
+    uint64_t h = 1469598103934665603u + (uint64_t)turn;
+    for (; *name; name++)
+        h = (h ^ (unsigned char)*name) * 1099511628211u;
+    return 4 * points_uniform(&h) - 2;
+}
+
 /* A guess below it was meant to be 0. */
 static const double LEAST_SIZE = 1e-12;
 

@@ -114,20 +114,11 @@ static void complete(struct large *s, struct found *f)
         f->score[tier] = sum_of(s, tier, f->x);
 }
 
-/* In [-2, 2), by name and turn. */
-static double scatter(const char *name, int turn)
-{
-    uint64_t h = 1469598103934665603u + (uint64_t)turn;
-    for (; *name; name++)
-        h = (h ^ (unsigned char)*name) * 1099511628211u;
-    return 4 * points_uniform(&h) - 2;
-}
-
 /* The guess, to both sides of it in what was not given, then some by names. */
 static void begin(const struct large *s, int k, double *x)
 {
     for (int j = 0; j < s->step.m->n; j++) {
-        double shift = k == 0 ? 0 : k == 1 ? 1 : k == 2 ? -1 : scatter(s->name[j], k);
+        double shift = k == 0 ? 0 : k == 1 ? 1 : k == 2 ? -1 : points_scatter(s->name[j], k);
         x[j] = s->rq->initial[j] + (s->tier[j] >= 0 && !s->rq->given[j] ? shift * s->unit[j] : 0);
     }
 }

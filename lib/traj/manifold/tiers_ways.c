@@ -25,15 +25,6 @@ static const double NEAR = 0.5;
 
 enum { IDLE = 16, IDLE_NONE = 48, LATER = 100, SETTLE = 60, WALK = 200, FEW = 6, ROUNDS = 3, LOOSER = 3, STARTS = 8, MORE_STARTS = 16 };
 
-/* In [-2, 2), by name and turn. */
-static double scatter(const char *name, int turn)
-{
-    uint64_t h = 1469598103934665603u + (uint64_t)turn;
-    for (; *name; name++)
-        h = (h ^ (unsigned char)*name) * 1099511628211u;
-    return 4 * points_uniform(&h) - 2;
-}
-
 /* The k-th place to begin at: the guess, to both sides of it in every variable that was not given, some by names, farther where
  * given values move too; the guess again, for a walk; and with what equations say. wide: how far given values move, as far as it is known. */
 static void begin(const struct tiers_search *s, int k, double wide, double *y)
@@ -41,7 +32,7 @@ static void begin(const struct tiers_search *s, int k, double wide, double *y)
     if (k == s->starts)
         memcpy(y, s->filled, (size_t)s->t.n * sizeof *y);
     for (int j = 0; j < s->t.n && k < s->starts; j++) {
-        double shift = k == 0 || k == s->starts - 1 ? 0 : k == 1 ? 1 : k == 2 ? -1 : scatter(s->name[j], k);
+        double shift = k == 0 || k == s->starts - 1 ? 0 : k == 1 ? 1 : k == 2 ? -1 : points_scatter(s->name[j], k);
         double reach = !s->rq->given[j] ? 1 : k < FEW ? 0 : wide;
         y[j] = s->rq->initial[j] + (s->tier[j] >= 0 ? shift * reach * s->unit[j] : 0);
     }
@@ -86,7 +77,7 @@ static bool affine(struct tiers_search *s, const double *x)
     bool same = manifold_residual(m, s->rq->start, x, s->unit, NULL) >= 0;
     memcpy(slope, m->value, entries * sizeof *slope);
     for (size_t j = 0; j < n; j++)
-        y[j] = x[j] + (s->tier[j] < 0 ? 0 : scatter(s->name[j], 0) * s->unit[j]);
+        y[j] = x[j] + (s->tier[j] < 0 ? 0 : points_scatter(s->name[j], 0) * s->unit[j]);
     same = same && manifold_residual(m, s->rq->start, y, s->unit, NULL) >= 0;
     for (size_t k = 0; k < entries && same; k++)
         same = s->tier[m->jac->col[k]] < 0 || fabs(m->value[k] - slope[k]) <= ALIKE * fabs(slope[k]);
@@ -149,7 +140,7 @@ static void look_around(struct tiers_search *s, struct tiers_found *best, struct
         double radius = best->any ? sqrt(best->score[0]) * part[k % 4] : ldexp(0.5, k / 8);
         bool walk = k % 2;
         for (int j = 0; j < s->t.n; j++)
-            new->x[j] = s->rq->initial[j] + (s->tier[j] >= 0 ? scatter(s->name[j], LATER + k) * radius * s->unit[j] : 0);
+            new->x[j] = s->rq->initial[j] + (s->tier[j] >= 0 ? points_scatter(s->name[j], LATER + k) * radius * s->unit[j] : 0);
         idle++;
         if (reach(s, new->x, walk ? 1 : LOOSE, walk ? SHORT * fmax(1, radius) : INFINITY, walk ? WALK : SETTLE, NULL)) {
             tiers_complete(s, new);

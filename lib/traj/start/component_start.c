@@ -20,6 +20,8 @@
 
 enum { MOST = 40 };      /* variables: descent to all digits is dense */
 static const double ON = 1e-10, SHORTEST = 1.0 / 64;
+/* In units: half of the digits. */
+static const double HALF = 1e-6;
 
 static bool drops(struct flow *f, const struct traj_request *rq, const double *x)
 {
@@ -106,12 +108,14 @@ void component_start(struct flow *f, const struct sys_system *sys, const struct 
     if (!rq->on || !(*moved > ON) || f->n > MOST || f->manifold.c == 0 || rq->rates || !drops(f, rq, x))
         return;
     double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1;
-    bool ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, true, y);
+    bool apart = false, ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, true, y);
     if (!ok) {
         memcpy(y, rq->on, n * sizeof *y);
         ok = nearest_from(f, sys, rq, false, y);
     }
-    if (ok) {
+    for (size_t j = 0; j < n && ok; j++)       /* what is as near as half of the digits tell is the place where the rank drops: nothing of the component is nearest */
+        apart |= fabs(y[j] - x[j]) > HALF * sizes_move(f->sizes, (int)j, x[j]);
+    if (ok && apart) {
         for (size_t j = 0; j < n; j++)
             scale[j] = sizes_move(f->sizes, (int)j, rq->initial[j]);
         memcpy(x, y, n * sizeof *x);
