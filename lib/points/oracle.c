@@ -215,19 +215,23 @@ bool points_oracle_raise(struct points_oracle *s, slong bits)
 {
     if (s->high_bits >= bits)
         return true;
-    points_oracle_lower(s);
     const struct points_space *space = &s->space;
-    for (int k = 0; k < s->reals; k++) {
-        struct points_point *p = s->real + k, *q = s->high + k;
-        points_point_copy(q, p, bits);
-        if (space->constraints && !points_refine(space, q, bits)) {
-            for (int i = 0; i <= k; i++)
-                points_point_clear(s->high + i);
-            return false;
-        }
+    struct points_point higher[POINTS_REAL];
+    int count = 0;
+    bool ok = true;
+    assert(s->reals <= POINTS_REAL);
+    for (; count < s->reals && ok; count++) {       /* from the digits that there are */
+        points_point_copy(higher + count, (s->high_bits ? s->high : s->real) + count, bits);
+        ok = !space->constraints || points_refine(space, higher + count, bits);
     }
-    s->high_bits = bits;
-    return true;
+    points_oracle_lower(s);
+    for (int k = 0; k < count; k++)
+        if (ok)
+            s->high[k] = higher[k];
+        else
+            points_point_clear(higher + k);
+    s->high_bits = ok ? bits : 0;
+    return ok;
 }
 
 bool points_oracle_certified(const struct points_oracle *s)

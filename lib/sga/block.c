@@ -189,11 +189,11 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
 {
     int r = b->rank, first = e->pivots;
     SGA_FREED int *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
-    expr_id *S = sga_malloc((size_t)r * (size_t)r * sizeof *S);
+    expr_id *S = sga_malloc((size_t)r * (size_t)r * sizeof *S), zero = expr_int(c->st, 0);
     for (int i = 0; i < r; i++)
         for (int k = 0; k < r; k++) {
             expr_id v = b->at[(size_t)b->rows[i] * (size_t)b->n + (size_t)b->cols[k]];
-            S[i * r + k] = v ? v : expr_int(c->st, 0);
+            S[(size_t)i * (size_t)r + (size_t)k] = v ? v : zero;
         }
     for (int j = 0; j < b->n; j++)
         solve[j] = b->col_used[j] ? -1 : solve_for(b, c, S, row, index, j);
@@ -272,7 +272,7 @@ expr_id ech_block_test(struct expr_store *st, const struct ech_dense *block, int
     expr_id *T = sga_take(&mem, (size_t)n * (size_t)n * sizeof *T), *w = sga_take(&mem, (size_t)n * sizeof *w);
     for (int i = 0; i < n; i++) {
         for (int k = 0; k < n; k++)
-            T[i * n + k] = i < r && k < r ? block->matrix[i * r + k] : i < r || k < r ? border(st, &random) : expr_int(st, 0);
+            T[(size_t)i * (size_t)n + (size_t)k] = i < r && k < r ? block->matrix[(size_t)i * (size_t)r + (size_t)k] : i < r || k < r ? border(st, &random) : expr_int(st, 0);
         w[i] = expr_int(st, i == r);
     }
     *solve = expr_solve_add(st, n, T, w);
