@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "guess.h"
 #include "kinds.h"
 #include "manifold.h"
@@ -14,6 +15,8 @@
 #include "tiers_search.h"
 
 enum { FEW = 6 };      /* steps for the last digits */
+/* In units: half of the digits. */
+static const double HALF = 1e-6;
 
 void tiers_of(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage, signed char *tier)
 {
@@ -48,19 +51,35 @@ enum tiers_stage tiers_stage_of(const struct traj_request *rq, const unsigned ch
     return stage;
 }
 
-/* Roundings away from the guess: the guess, if the set does not tell them apart. */
+/* x becomes y, if the set does not tell them apart. */
+static bool take_alike(struct tiers_search *s, const double *y, double *x)
+{
+    double before = manifold_residual(s->t.m, s->rq->start, x, s->loose, NULL);     /* as polish left them */
+    double after = manifold_residual(s->t.m, s->rq->start, y, s->loose, NULL);
+    bool alike = after >= 0 && after <= fmax(before, ROUNDED / 10);
+    if (alike)
+        memcpy(x, y, (size_t)s->t.n * sizeof *x);
+    return alike;
+}
+
+/* Roundings away from the guess: the guess. A double zero is found to half of its digits: 0, where the set does not tell these from it. */
 static void tidy(struct tiers_search *s, double *x)
 {
     size_t n = (size_t)s->t.n;
-    double *y = memcpy(sga_malloc((n + 1) * sizeof *y), x, n * sizeof *x);
-    double before = manifold_residual(s->t.m, s->rq->start, x, s->loose, NULL);     /* as polish left them */
+    SGA_FREED double *y = memcpy(sga_malloc((n + 1) * sizeof *y), x, n * sizeof *x);
+    bool any = false;
     for (size_t j = 0; j < n; j++)
         if (fabs(x[j] - s->rq->initial[j]) < ROUNDED * s->unit[j])
             y[j] = s->rq->initial[j];
-    double after = manifold_residual(s->t.m, s->rq->start, y, s->loose, NULL);
-    if (after >= 0 && after <= fmax(before, ROUNDED / 10))
-        memcpy(x, y, n * sizeof *x);
-    free(y);
+    take_alike(s, y, x);
+    memcpy(y, x, n * sizeof *y);
+    for (size_t j = 0; j < n; j++)
+        if (x[j] != 0 && x[j] != s->rq->initial[j] && fabs(x[j]) < HALF * s->unit[j]) {
+            y[j] = 0;
+            any = true;
+        }
+    if (any)
+        take_alike(s, y, x);
 }
 
 static void open(struct tiers_search *s, struct manifold *m, const struct sys_system *sys, const struct sizes *sizes, const struct traj_request *rq)

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "consistent.h"
 #include "field.h"
 #include "flow.h"
@@ -51,11 +52,26 @@ static bool by_shape(const struct flow *f, const struct sys_system *sys, const s
     return ok;
 }
 
-/* z, on the component, descends to what is nearest to the guess. False: it left the component. */
-static bool descends(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *z)
+/* The same beside x, where what half of the digits tell from 0 is 0: a double zero is found to no more. */
+static bool drops_beside(struct flow *f, const struct traj_request *rq, const double *x)
+{
+    SGA_FREED double *y = memcpy(sga_malloc(((size_t)f->n + 1) * sizeof *y), x, (size_t)f->n * sizeof *y);
+    bool any = false;
+    for (int j = 0; j < f->n; j++)
+        if (x[j] != 0 && x[j] != rq->initial[j] && fabs(x[j]) < HALF * sizes_move(f->sizes, j, 0)) {
+            y[j] = 0;
+            any = true;
+        }
+    return any && fabs(manifold_residual(&f->manifold, rq->start, y, NULL, NULL)) < ON && drops(f, rq, y);
+}
+
+/* z, on the component, descends to what is nearest to the guess. False: it left the component, or came to where the rank drops (*ends). */
+static bool descends(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *z, bool *ends)
 {
     double far[TIERS];
-    return tiers_descend(&f->manifold, sys, f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON && !drops(f, rq, z);
+    bool on = tiers_descend(&f->manifold, sys, f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON;
+    *ends = on && (drops(f, rq, z) || drops_beside(f, rq, z));
+    return on && !*ends;
 }
 
 /* The same while the guess itself comes from y to where it is, so that each descent is short and none goes over to another component. */
@@ -64,6 +80,7 @@ static bool follows(struct flow *f, const struct sys_system *sys, const struct t
     size_t n = (size_t)f->n;
     double at = 0, step = 0.25, *target = sga_malloc(2 * (n + 1) * sizeof *target), *next = target + n + 1;
     struct traj_request own = *rq;
+    bool ends;
     own.initial = target;
     memcpy(z, y, n * sizeof *z);
     while (at < 1 && step > SHORTEST && sga_watch_ok()) {
@@ -71,7 +88,7 @@ static bool follows(struct flow *f, const struct sys_system *sys, const struct t
         for (size_t j = 0; j < n; j++)
             target[j] = to < 1 ? y[j] + to * (rq->initial[j] - y[j]) : rq->initial[j];
         memcpy(next, z, n * sizeof *next);
-        if (descends(f, sys, &own, next)) {
+        if (descends(f, sys, &own, next, &ends)) {
             memcpy(z, next, n * sizeof *z);
             at = to;
             step *= 2;
@@ -83,9 +100,18 @@ static bool follows(struct flow *f, const struct sys_system *sys, const struct t
     return at == 1;
 }
 
+/* As far as half of the digits tell. */
+static bool same_place(const struct flow *f, const double *x, const double *y)
+{
+    bool same = true;
+    for (int j = 0; j < f->n && same; j++)
+        same = fabs(y[j] - x[j]) <= HALF * sizes_move(f->sizes, j, x[j]);
+    return same;
+}
+
 /* From y, on or near the component, with the held values put in: the nearest point; or, if y is as good as any, y itself where the descent leaves
- * the component. */
-static bool nearest_from(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, bool good, double *y)
+ * the component. Where the rank drops at the nearest point, or that is x, where it does, nothing of the component is nearest. */
+static bool nearest_from(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, bool good, const double *x, double *y)
 {
     size_t n = (size_t)f->n;
     double residual, *z = sga_malloc((n + 1) * sizeof *z);
@@ -93,12 +119,12 @@ static bool nearest_from(struct flow *f, const struct sys_system *sys, const str
         y[j] = rq->held && rq->held[j] ? rq->initial[j] : y[j];
     bool ok = manifold_project(&f->manifold, rq->start, y, NULL, rq->held, 60, NULL, &residual, NULL) && !drops(f, rq, y);
     memcpy(z, y, n * sizeof *z);
-    if (ok && (descends(f, sys, rq, z) || follows(f, sys, rq, y, z)))
+    bool ends = false, found = ok && descends(f, sys, rq, z, &ends), there = ends || (ok && same_place(f, x, z));
+    found = found || (ok && !there && follows(f, sys, rq, y, z));
+    if (found)
         memcpy(y, z, n * sizeof *z);
-    else
-        ok = ok && good;
     free(z);
-    return ok;
+    return !there && (found || (ok && good)) && !same_place(f, x, y);
 }
 
 void component_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq,
@@ -108,14 +134,12 @@ void component_start(struct flow *f, const struct sys_system *sys, const struct 
     if (!rq->on || !(*moved > ON) || f->n > MOST || f->manifold.c == 0 || rq->rates || !drops(f, rq, x))
         return;
     double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1;
-    bool apart = false, ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, true, y);
+    bool ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, true, x, y);
     if (!ok) {
         memcpy(y, rq->on, n * sizeof *y);
-        ok = nearest_from(f, sys, rq, false, y);
+        ok = nearest_from(f, sys, rq, false, x, y);
     }
-    for (size_t j = 0; j < n && ok; j++)       /* what is as near as half of the digits tell is the place where the rank drops: nothing of the component is nearest */
-        apart |= fabs(y[j] - x[j]) > HALF * sizes_move(f->sizes, (int)j, x[j]);
-    if (ok && apart) {
+    if (ok) {
         for (size_t j = 0; j < n; j++)
             scale[j] = sizes_move(f->sizes, (int)j, rq->initial[j]);
         memcpy(x, y, n * sizeof *x);
