@@ -9,7 +9,6 @@
 #include "arena.h"
 #include "ball.h"
 #include "mem.h"
-#include "points_random.h"
 #include "regular.h"
 #include "state.h"
 #include "system.h"
@@ -122,33 +121,6 @@ void regular_move(struct regular *to, struct regular *from)
 /* Distances from the guess that differ by less, in units, do so by roundings. */
 static const double ALIKE = 1e-9;
 
-/* Option k and the one before it change places. */
-static void swap(struct regular *r, double *key, int k)
-{
-    struct regular_option o = r->option[k];
-    double d = key[k];
-    r->option[k] = r->option[k - 1];
-    r->option[k - 1] = o;
-    key[k] = key[k - 1];
-    key[k - 1] = d;
-}
-
-/* Of options that are as near as each other (a guess where branches cross) the one comes first that is nearest to a place beside the guess that names tell:
- * the order in which factors are listed is that of equations. */
-static void sort_alike(struct state *s, struct regular *r, int alike)
-{
-    int n = s->sys->variables;
-    SGA_FREED double *key = sga_malloc(((size_t)alike + (size_t)n + 1) * sizeof *key);
-    double *beside = key + alike;
-    for (int j = 0; j < n; j++)
-        beside[j] = s->options->near[j] + points_scatter(s->st->symbol[s->variable[j]].name, 0) * regular_unit_near(s, j, s->options->near);
-    for (int i = 0; i < alike; i++)
-        key[i] = regular_option_distance(s, r->option + i, beside, s->options->near_time);
-    for (int i = 1; i < alike; i++)
-        for (int k = i; k > 0 && key[k] < key[k - 1]; k--)
-            swap(r, key, k);
-}
-
 int regular_sort(struct state *s, expr_id e, struct regular *r)
 {
     int alike = 0;
@@ -156,12 +128,16 @@ int regular_sort(struct state *s, expr_id e, struct regular *r)
     for (int i = 0; i < r->options; i++)
         far[i] = s->options->near && r->options > 1 ? guess_distance(s, r->option + i, e) : INFINITY;
     for (int i = 1; i < r->options; i++)
-        for (int k = i; k > 0 && far[k] < far[k - 1]; k--)
-            swap(r, far, k);
+        for (int k = i; k > 0 && far[k] < far[k - 1]; k--) {
+            struct regular_option o = r->option[k];
+            double d = far[k];
+            r->option[k] = r->option[k - 1];
+            r->option[k - 1] = o;
+            far[k] = far[k - 1];
+            far[k - 1] = d;
+        }
     while (alike < r->options && isfinite(far[0]) && far[alike] - far[0] < ALIKE)
         alike++;
-    if (alike > 1)
-        sort_alike(s, r, alike);
     return alike;
 }
 
