@@ -105,7 +105,8 @@ class Replay:
         if key not in self.points and len(self.a.names) > MANY:
             raise Skipped
         if key not in self.points:
-            self.points[key] = self.a.sample(list(nodes), 2, self.digits)
+            found = self.a.sample(list(nodes), 2, self.digits)
+            self.points[key] = [e for e in found if not any(0 < abs(e[n]) < mpmath.mpf(10) ** (-self.digits // 2) for n in self.a.names)]      # on x (x s - r) = 0 with x = 0 nothing is left of r/x
         if not self.points[key]:
             raise Skipped
         return self.points[key]

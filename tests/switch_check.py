@@ -146,7 +146,8 @@ class Switches:
         columns = trajectory["columns"]
         for name, *_ in chain.signals:
             f = function(chain.inserted(name), ["t"] + chain.states)
-            off = max(abs(r[columns.index(name)] - f(r[0], *[r[columns.index(s)] for s in chain.states])) for r in trajectory["rows"])
+            values = [(r[columns.index(name)], f(r[0], *[r[columns.index(s)] for s in chain.states])) for r in trajectory["rows"]]
+            off = max(abs(a - b) / (1 + abs(b)) for a, b in values)
             self.tally.check(off <= 1e-7, f"{label}: {name} is what defines it", f"off by {off:.3g}")
 
     def one(self, k, rng):

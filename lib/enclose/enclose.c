@@ -99,6 +99,19 @@ static bool may_be_at_once(const struct walk *w, int i, int last)
     return i != last && (counts || i < last) && arb_overlaps(&h->t, &w->path->happened->list[last].t);
 }
 
+/* The motion stops at the last happening. */
+static void stop(struct walk *w, int last, struct enclose_end *end)
+{
+    struct enclose_happened *out = w->path->happened;
+    for (int i = 0; i < out->count; i++)
+        end->at_once |= may_be_at_once(w, i, last);
+    while (out->count > last + 1)
+        enclose_happened_cut(out, out->count - 1);
+    end->why = out->list[last].shown ? ENCLOSE_EVENT : ENCLOSE_UNDECIDED;
+    end->which = out->list[last].which;
+    end->t = arf_get_d(arb_midref(&out->list[last].t), ARF_RND_NEAR);
+}
+
 /* What happens on the way to s, if it is to be walked. False: the motion stops there. */
 static bool look(struct walk *w, const arb_t s, struct enclose_end *end)
 {
@@ -114,13 +127,7 @@ static bool look(struct walk *w, const arb_t s, struct enclose_end *end)
         arb_add(w->searched, w->t, s, w->path->prec + 64);
         return true;
     }
-    for (int i = 0; i < out->count; i++)
-        end->at_once |= may_be_at_once(w, i, last);
-    while (out->count > last + 1)
-        enclose_happened_cut(out, out->count - 1);
-    end->why = out->list[last].shown ? ENCLOSE_EVENT : ENCLOSE_UNDECIDED;
-    end->which = out->list[last].which;
-    end->t = arf_get_d(arb_midref(&out->list[last].t), ARF_RND_NEAR);
+    stop(w, last, end);
     return false;
 }
 
@@ -180,12 +187,17 @@ static void pass_knot(struct walk *w, struct enclose_end *end)
     }
     arb_set(w->base, w->path->knot + w->piece++);
     arb_zero(w->past);
+    if (w->zeros.q->watches)
+        enc_zeros_begin(&w->zeros, &w->set, w->base);
     w->path->enter(w->path->ctx, w->piece);
     end->t = arf_get_d(arb_midref(w->base), ARF_RND_NEAR);
-    if (w->path->jump && !jump(w))
+    if (w->path->jump && !jump(w)) {
         end->why = ENCLOSE_JUMPS;
-    else if (w->zeros.q->watches)
-        enc_zeros_begin(&w->zeros, &w->set, w->base);
+    } else if (w->zeros.q->watches) {
+        int last = enc_zeros_beyond(&w->zeros, &w->set, w->base, w->piece, w->way < 0);
+        if (last >= 0)
+            stop(w, last, end);
+    }
 }
 
 static bool stopped(const struct walk *w, const struct sga_budget *budget, struct enclose_end *end)

@@ -447,6 +447,40 @@ static int sift(struct enc_zeros *z, int from, bool backward)
     return -1;
 }
 
+/* Function k is past its zero at t, without having been there. */
+static void add_jump(struct enc_zeros *z, int k, int direction, arb_srcptr box, const arb_t t, int piece)
+{
+    struct enclose_happened *out = z->out;
+    int n = z->q->n;
+    out->list = sga_realloc(out->list, ((size_t)out->count + 1) * sizeof *out->list);
+    struct enclose_happening *h = out->list + out->count++;
+    *h = (struct enclose_happening){ .which = k, .direction = direction, .shown = direction != 0, .piece = piece, .x = _arb_vec_init(n) };
+    _arb_vec_set(h->x, box, n);
+    arb_init(&h->t);
+    arb_set(&h->t, t);
+}
+
+int enc_zeros_beyond(struct enc_zeros *z, const struct enc_set *set, const arb_t t, int piece, bool backward)
+{
+    int n = z->q->n, from = z->out->count;
+    SGA_ARENA(mem);
+    arb_ptr box = arbs_take(&mem, n), was = arbs_take(&mem, z->q->watches);
+    for (int k = 0; k < z->q->watches; k++)
+        arb_set(was + k, enc_series_of(&z->at, z->p.root[n + 2 * k]));
+    SGA_FREED signed char *before = memcpy(sga_malloc((size_t)z->q->watches + 1), z->side, (size_t)z->q->watches);
+    enc_zeros_begin(z, set, t);
+    enc_set_hull(set, box);
+    for (int k = 0; k < z->q->watches; k++) {
+        arb_srcptr g = enc_series_of(&z->at, z->p.root[n + 2 * k]);
+        bool jumps = !arb_is_finite(g) || !arb_is_finite(was + k) || !arb_overlaps(was + k, g);
+        if (before[k] && z->side[k] && before[k] != z->side[k])
+            add_jump(z, k, backward ? before[k] : z->side[k], box, t, piece);
+        else if (jumps && (!before[k] || !z->side[k]))
+            add_jump(z, k, 0, box, t, piece);
+    }
+    return sift(z, from, backward);
+}
+
 int enc_zeros_along(struct enc_zeros *z, const struct enc_span *span)
 {
     SGA_FREED signed char *sign = sga_calloc((size_t)z->q->watches + 1, 1);

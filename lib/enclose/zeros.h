@@ -38,6 +38,9 @@ bool enc_zeros_init(struct enc_zeros *z, const struct enclose_problem *q, struct
 void enc_zeros_clear(struct enc_zeros *z);
 /* The signs at the start, the set at t. */
 void enc_zeros_begin(struct enc_zeros *z, const struct enc_set *set, const arb_t t);
+/* Beyond a knot at t, before which enc_zeros_begin was at the same place: functions that jump there past 0 happen at t (not decided where a sign is not shown). The answer is
+ * that of enc_zeros_along. */
+int enc_zeros_beyond(struct enc_zeros *z, const struct enc_set *set, const arb_t t, int piece, bool backward);
 /* Whether the sign of every function is shown at the end of the span. */
 bool enc_zeros_told(struct enc_zeros *z, const struct enc_span *span);
 /* The zeros of the span, in the order of the motion, behind those in z->out. The place there of the first that stops the motion, or may; -1. Cost: for

@@ -19,9 +19,9 @@
 static void march_alloc(struct ode_march *m)
 {
     size_t n = (size_t)m->p->n;
-    m->memory = sga_calloc(10 * n + 1, sizeof *m->memory);
+    m->memory = sga_calloc(11 * n + 1, sizeof *m->memory);
     double *at = m->memory;
-    double **vectors[] = {&m->x, &m->carry, &m->f, &m->x1, &m->carry1, &m->f1, &m->dx, &m->scale};
+    double **vectors[] = {&m->x, &m->carry, &m->f, &m->x1, &m->carry1, &m->f1, &m->dx, &m->scale, &m->last};
     for (size_t i = 0; i < sizeof vectors / sizeof *vectors; i++, at += n)
         *vectors[i] = at;
     m->work = at;
@@ -308,6 +308,7 @@ static void commit(struct ode_march *m, double h, int through)
     m->last_times[1] = m->t;
     m->t = m->t1;
     m->t_low = m->t1_low;
+    swap(&m->last, &m->x);
     swap(&m->x, &m->x1);
     swap(&m->carry, &m->carry1);
     swap(&m->f, &m->f1);

@@ -100,12 +100,16 @@ static bool state_grows(const struct ode_march *m)
     return size > 1e3 * (m->start_size + 1) || (m->start_size > 0 && size > 1e6 * m->start_size);
 }
 
-/* How long what grows most may go on growing as it does. */
+/* How long what grows most may go on growing as it does: by its rate there, and by the last step, as on a slow manifold that it comes to the rate of a point
+ * with its errors is another. */
 static double left_to_grow(const struct ode_march *m)
 {
     int by_rate;
-    double rate = ode_largest(m, m->f, &by_rate);
-    return rate > 0 ? ode_left_to_grow(m->x[by_rate], m->f[by_rate]) : 0;
+    double rate = ode_largest(m, m->f, &by_rate), step = m->t - m->last_times[1];
+    if (!(rate > 0))
+        return 0;
+    double x = m->x[by_rate], grown = step != 0 ? x - m->last[by_rate] : 0;
+    return fmax(ode_left_to_grow(x, m->f[by_rate]), x * grown > 0 ? ode_left_to_grow(x, grown / step) : 0);
 }
 
 static void blow_up(struct ode_march *m)

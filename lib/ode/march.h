@@ -79,6 +79,7 @@ struct ode_march {
     double t1, t1_low;
     double *x1, *carry1, *f1;
     double *dx, *scale, *work;      /* work: 2 n */
+    double *last;                   /* the state at last_times[1], where a step was made */
     double *memory;
     int next;                       /* the first sample not yet delivered */
     struct ode_watch *watch;        /* event.c's; NULL: no events */

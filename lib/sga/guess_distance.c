@@ -11,6 +11,8 @@
 #include "guess.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "oracle.h"
+#include "points.h"
 #include "system.h"
 #include "warnings.h"
 
@@ -126,10 +128,9 @@ static double least_move(const struct measure *m, int n, double *move)
 }
 
 /* A factor times one that has no zero is as far: planes are followed to where they touch. Where that leads nowhere the first one says it. */
-static double nearest(struct state *s, struct measure *m)
+static double nearest(struct state *s, struct measure *m, double *move)
 {
     int n = s->sys->variables;
-    SGA_FREED double *move = sga_calloc((size_t)n + 1, sizeof *move);
     m->value = sga_calloc(((size_t)n + 1) * ((size_t)m->count + 1), sizeof *m->value);
     m->J = m->value + m->count;
     double first = INFINITY, last = INFINITY;
@@ -155,8 +156,9 @@ static double measured(struct state *s, const struct regular_option *o, expr_id 
     functions(s, o, asked, all, &m);
     double far = NAN;
     if (m.count <= MOST) {
+        SGA_FREED double *move = sga_calloc((size_t)s->sys->variables + 1, sizeof *move);
         units(s, &m);
-        far = nearest(s, &m);
+        far = nearest(s, &m, move);
     }
     free(m.f);
     free(m.unit);
@@ -177,4 +179,32 @@ double guess_distance(struct state *s, const struct regular_option *o, expr_id a
     if (isnan(alone))
         return regular_option_distance(s, o, s->options->near, s->options->near_time);
     return isnan(all) ? alone : fmax(alone, all);
+}
+
+/* In the values that were given. */
+static double length(const struct state *s, const double *move)
+{
+    double sum = 0;
+    for (int j = 0; j < s->sys->variables; j++)
+        if (!s->options->near_given || s->options->near_given[j])
+            sum += move[j] * move[j];
+    return sqrt(sum);
+}
+
+double guess_distance_of_set(struct state *s)
+{
+    int n = s->sys->variables;
+    if (n > MOST || !s->oracle->reals || s->sol->constraints > MOST)
+        return -1;
+    struct measure m = { .f = s->con, .count = s->sol->constraints };
+    SGA_FREED double *move = sga_calloc((size_t)n + 1, sizeof *move);
+    units(s, &m);
+    for (int j = 0; j < n; j++)
+        move[j] = (s->oracle->real[0].x[j] - s->options->near[j]) / m.unit[j] * m.far[j];
+    double far = length(s, move);
+    if (m.count && isfinite(nearest(s, &m, move)))
+        far = fmin(far, length(s, move));
+    free(m.unit);
+    free(m.value);
+    return far;
 }

@@ -19,7 +19,7 @@
 enum { RESEEDS = 2 };      /* what ended in a refusal is begun anew so often: the refusal stands then */
 static const double BESIDE = 0.002;      /* of a place, which is a general point: other components may be near */
 static const double AT_GUESS = 1e-6;     /* relative to the variable, or to its natural size */
-static const double NEARER = 0.7;        /* a branch is nearer than another if it is so much nearer: points are beside the nearest ones */
+static const double NEARER = 0.7;        /* a branch is nearer than another if it is so much nearer: its nearest point is known about */
 
 /* The next route: the last decision that has an option left takes it, those after it are
  * forgotten. False where there is none. */
@@ -33,11 +33,11 @@ static bool next_route(struct route *r)
     return true;
 }
 
-/* The same among options that are as near to the guess as the first. */
-static bool next_alike(struct route *r)
+/* The same among the branches of products. */
+static bool next_branch(struct route *r)
 {
     int last = r->count - 1;
-    while (last >= 0 && (r->at[last].side || r->at[last].chosen + 1 >= r->at[last].alike))
+    while (last >= 0 && (r->at[last].side || r->at[last].chosen + 1 >= r->at[last].options))
         last--;
     if (last < 0)
         return false;
@@ -60,6 +60,7 @@ static void copy_route(struct route *to, const struct route *from)
     if (from->count)
         memcpy(to->at, from->at, (size_t)from->count * sizeof *to->at);
     to->count = from->count;
+    to->far = from->far;
 }
 
 static bool same_route(const struct route *a, const struct route *b)
@@ -124,11 +125,21 @@ static double how_far(const double *x, int variables, const struct reduction_opt
     return sum;
 }
 
-/* Of the largest dimension; of two alike the one that leaves less free. Of branches that meet at the guess the one whose point is nearer (far). */
-static bool is_best(const struct routes *r, const struct sga_solution *solution, int final, double far)
+/* The last route takes branches that are as near to the guess as the first ones. */
+static bool is_alike(const struct route *r)
 {
-    if (r->alike)
-        return final >= 0 && far < NEARER * NEARER * r->far;
+    bool alike = true;
+    for (int i = 0; i < r->count && alike; i++)
+        alike = r->at[i].side || r->at[i].chosen == 0 || r->at[i].chosen < r->at[i].alike;
+    return alike;
+}
+
+/* Of the largest dimension; of two alike the one that leaves less free. Near a guess the first one, but for another that is nearer where both meet at the guess, or
+ * that keeps all values that were given (how far the first is, is known at the most). */
+static bool is_best(const struct routes *r, const struct sga_solution *solution, int final)
+{
+    if (r->others)
+        return final >= 0 && r->now.far >= 0 && (r->now.far <= AT_GUESS || (is_alike(&r->now) && r->now.far < NEARER * r->best.far));
     return final > r->final || (final == r->final && final >= 0 && solution->verdict < r->verdict);
 }
 
@@ -211,10 +222,8 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
     int final = ok && solution->verdict != SGA_INCONSISTENT ? system->variables - solution->constraints : -1;
     /* near a guess only where nothing is there */
     bool explore = r->explore && !options->near_only && (!options->near || final < 0 || point_elsewhere(system, options, oracle, solution, final));
-    double far = final >= 0 && options->near && oracle->reals ? how_far(oracle->real[0].x, system->variables, options) : 0;
-    if (is_best(r, solution, final, far)) {
+    if (is_best(r, solution, final)) {
         r->final = final;
-        r->far = far;
         r->verdict = solution->verdict;
         r->best_at = place;
         r->best_run = explore ? r->components.runs : -1;
@@ -232,10 +241,10 @@ static bool run_products(struct routes *r, const struct sys_system *system, cons
     for (;;) {
         if (!run_one(r, system, options, -1, oracle, solution, err))
             return false;
-        if (options->near && (r->ended || r->alike)) {
-            /* where branches meet the guess says nothing of them, and their points do, as hidden constraints may lead far away */
-            r->alike = r->far > AT_GUESS * AT_GUESS && r->tried < SGA_MOST_ROUTES && next_alike(&r->now);
-            if (!r->alike)
+        if (options->near && (r->ended || r->others)) {
+            /* how far a factor's zeros are says little of where hidden constraints lead: another branch may be nearer, or keep what was given */
+            r->others = r->best.far > AT_GUESS && r->tried < SGA_MOST_ROUTES && next_branch(&r->now);
+            if (!r->others)
                 return true;
             routes_restart(oracle, r->seed, solution);
             continue;

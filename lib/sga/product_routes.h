@@ -9,7 +9,6 @@
 /* What is known of the routes tried. */
 struct routes {
     struct route now, best;
-    double far;                /* near a guess: how far from it the best one's point is, in the values that were given */
     int final;                 /* the largest dimension that a route led to; -1: none yet */
     int tried, failed;
     int products;              /* of those tried, routes through products */
@@ -22,7 +21,7 @@ struct routes {
     int best_run;              /* its run among the components', or -1 */
     enum sga_verdict verdict;  /* of the best */
     bool ended;                /* the last run led to points */
-    bool alike;                /* a run before did, near the guess, and this one takes another of the branches that meet there */
+    bool others;               /* a run before did, near the guess, and this one takes another branch, which may be nearer */
     bool beside;               /* some run ended empty on constraints that are known near a point only: elsewhere they may hold more */
     expr_id *pivot; int pivots; size_t pivot_cap;   /* what runs that ended empty divided by, where it may vanish */
 };

@@ -21,6 +21,9 @@ double regular_option_distance(struct state *s, const struct regular_option *o, 
 /* About how far the guess must move, first of all in values that were given, for o's functions and the given equations without
  * derivatives (but for `asked`, of which o is a part). Costs an evaluation for each variable. */
 double guess_distance(struct state *s, const struct regular_option *o, expr_id asked);
+/* How far the guess is from the present set, in values that were given, by steps from its first point: about that of the nearest place. Negative: the system
+ * is too large to say so. */
+double guess_distance_of_set(struct state *s);
 /* What a move of 1 in variable j means near x: as for the nearest consistent start. */
 double regular_unit_near(const struct state *s, int j, const double *x);
 /* A ball at a place, parameters at some general value; the caller clears it. */

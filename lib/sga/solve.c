@@ -19,6 +19,7 @@
 #include "natural.h"
 #include "oracle.h"
 #include "reduction.h"
+#include "regular_options.h"
 #include "regular_shape.h"
 #include "sides.h"
 #include "state.h"
@@ -417,6 +418,14 @@ static void take_sides(struct state *s)
     }
 }
 
+static bool has_branches(const struct route *r)
+{
+    bool has = false;
+    for (int i = 0; i < r->count; i++)
+        has |= !r->at[i].side && r->at[i].options > 1;
+    return has;
+}
+
 bool state_solve_as_is(const struct sys_system *system, const struct reduction_options *options, struct points_oracle *oracle,
                  struct route *route, struct sga_solution *solution, struct sga_error *err)
 {
@@ -438,6 +447,7 @@ bool state_solve_as_is(const struct sys_system *system, const struct reduction_o
         ok = contradiction_on_side(&s);
     if (ok && options->conditions)
         conditions_note(&s, options->conditions);
+    route->far = ok && options->near && !s.inconsistent && has_branches(route) ? guess_distance_of_set(&s) : -1;
     if (ok)
         conclude(&s);
     else if (!err->stage[0])

@@ -215,6 +215,16 @@ static bool place(struct attempt *a, const double *near, struct sga_error *err)
     return on_sides(a, err);
 }
 
+/* The knot as its table has it. */
+static const fmpq *lent(const struct knots *q, int knot)
+{
+    for (int i = 0; i < q->tables; i++)
+        for (int k = 0; k < q->table[i]->knots; k++)
+            if (fmpq_equal(q->table[i]->knot + k, q->knot + knot))
+                return q->table[i]->knot + k;
+    return NULL;
+}
+
 /* What a piece leaves. */
 static void leave(const struct attempt *a)
 {
@@ -238,8 +248,13 @@ static void leave(const struct attempt *a)
     arb_set(&piece->t, &a->happened.list[last].t);
     piece->at_once = a->end.at_once;
     piece->at_knot = false;
-    for (int k = 0; k < a->knots.count; k++)
+    piece->knot = NULL;
+    for (int k = 0; k < a->knots.count; k++) {
+        if (arb_equal(&piece->t, a->knot + k))       /* what happens there does by a jump of the table */
+            piece->knot = lent(&a->knots, k);
         piece->at_knot |= arb_overlaps(&piece->t, a->knot + k);
+    }
+    piece->at_knot &= !piece->knot;
 }
 
 static bool run(struct attempt *a, const double *near, struct sga_error *err)

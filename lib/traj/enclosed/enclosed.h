@@ -34,6 +34,7 @@ struct enclosed_piece {
     arb_ptr at; int columns;
     arb_struct t;
     bool at_once, at_knot;        /* another event, or a knot of a table, may lie at the same time */
+    const fmpq *knot;             /* t is this knot exactly, of a table that it is borrowed from; or NULL */
     bool wide;                    /* it ended for want of a proof: more bits may have one */
 };
 

@@ -229,7 +229,10 @@ bool jump_boxed_begin(struct jump_boxed *b, struct jump_piece *q, const struct t
     for (int i = done; i < rq->samples; i++)
         if (!sample_time(rq, of, i, sys->store, b->sample + i))
             return sga_fail_at(err, SGA_E_NOT_SUPPORTED, "/trajectory/times", "in balls motions that change their mode have samples at rational times; the time of sample %d is none", i);
-    arf_get_fmpq(middle, arb_midref(&b->t));
+    if (b->piece.knot)
+        fmpq_set(middle, b->piece.knot);
+    else
+        arf_get_fmpq(middle, arb_midref(&b->t));
     q->q.exact_start = expr_fmpq(sys->store, middle);
     q->q.exact_time = b->sample + done;
     q->q.exact_initial = NULL;

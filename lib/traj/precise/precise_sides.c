@@ -106,6 +106,24 @@ static int side_taken(struct expansions *w, struct precise_march *m, int e, doub
     return taken == 2 ? 0 : taken;
 }
 
+/* What is past its surface where these hold: the root of what is near is 0 with it, and others depend on both. */
+static void hold_past(struct precise_march *m)
+{
+    struct precise_sides *q = &m->sides;
+    bool more = true;
+    for (int k = 0; k < q->count && more; k++) {
+        more = false;
+        precise_note_arguments(m);
+        for (int e = 0; e < q->count; e++) {
+            double g = q->argument[e].hi;
+            bool past = q->side[e] && fabs(g) > q->rounding[e] && g * q->side[e] < 0;
+            q->side[e] = (signed char)(past ? -q->side[e] : q->side[e]);
+            more |= past;
+        }
+        precise_hold(m);
+    }
+}
+
 /* The switches that were near, by their arguments at here. False: all are where they were. */
 static bool hold_where(struct precise_march *m, const bool *near)
 {
@@ -121,11 +139,13 @@ static bool hold_where(struct precise_march *m, const bool *near)
         any |= near[e] && q->side[e];
     }
     precise_hold(m);
+    if (any)
+        hold_past(m);
     return any;
 }
 
 /* On the sides beyond the field has no series on the surface, and has them beside it (sqrt(max(0, u)), as u grows from 0): here is moved on by as little as finds one, and by no
- * more than does no harm. near: switches on whose surfaces here lies, to be held where that leads to; NULL: all sides are known. False: there is none so near, and here is as it was. */
+ * more than does no harm. near: switches on whose surfaces here lies, to be held where that leads to; NULL: their sides are known. False: there is none so near, and here is as it was. */
 static bool step_off(struct expansions *w, struct precise_march *m, const bool *near, double size)
 {
     static const double FURTHER = 16, FIRST = 1e8;        /* roundings: steps from there are not the shortest yet */
@@ -147,6 +167,8 @@ static bool step_off(struct expansions *w, struct precise_march *m, const bool *
             q->x[j] = num_dd_add_d(x[j], isfinite(f[j]) ? way * m->direction * f[j] : 0);
         if (near && !hold_where(m, near))
             break;
+        if (!near)
+            hold_past(m);
         ok = precise_settle(m, q) && precise_expand(w, m, q, &w->here, way);
         harm = 0;
         for (size_t j = 0; j < n && ok; j++)
