@@ -81,8 +81,8 @@ static double crossing(struct ode_march *m, int e)
             continue;
         }
         if (armed && v < 0 && tells(m, e, i, v)) {
-            if (last < 0)
-                return w->theta[i];
+            if (last < 0)       /* none was on its side: it begins on the surface, but where it had no value */
+                return isfinite(guard_value(w, 0, e)) ? 0 : w->theta[i];
             double u = s * guard_value(w, last, e);
             return guard_root(&k->way.way, e, w->theta[last], s * u, w->theta[i], s * v, k->table.g);
         }
@@ -154,10 +154,13 @@ static bool rests(struct ode_march *m, int e)
     return jump <= SMOOTH * sqrt(sum / m->p->n);
 }
 
+/* Times that are told from each other differ by more. */
+static double grain_at(const struct ode_march *m) { return (m->beside ? 12 : 4) * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1)); }
+
 static bool near_enough(struct ode_march *m, int e, double rest)
 {
-    double h = fabs(m->step.h), least = (m->beside ? 12 : 4) * DBL_EPSILON * fmax(fabs(m->t), fabs(m->t1));
-    return rest <= least || (rest < 0.1 * h && harm(m, e, rest) <= (m->kinks->tries >= TRIES ? HARMLESS : NEAR_ENOUGH));
+    double h = fabs(m->step.h);
+    return rest <= grain_at(m) || (rest < 0.1 * h && harm(m, e, rest) <= (m->kinks->tries >= TRIES ? HARMLESS : NEAR_ENOUGH));
 }
 
 /* The next try ends at the surface of e, which is `size` from the step's start. */
@@ -183,6 +186,10 @@ static enum ode_refusal falls_short(struct ode_march *m)
     int e = k->target, s = k->side[e];
     double h = fabs(m->step.h), speed = -s * k->rate1[e] * m->direction, rest = s * k->g1[e] / speed;
     k->target = -1;
+    if (s && fabs(rest) <= grain_at(m)) {      /* whatever the rate: it is one over a part of the step, within which it may turn (a narrow pulse) */
+        k->pending[e] = TURN;
+        return STEP_TAKEN;
+    }
     if (!s || !(speed > 0) || fabs(rest) > 0.1 * h) {       /* behind the end too: rates there say little of a surface so far */
         k->short_h = h;
         return STEP_TAKEN;

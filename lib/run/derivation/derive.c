@@ -125,12 +125,17 @@ static int branch(struct derivation *d, int i, int from)
 static void tell_restriction(struct derivation *d, int i)
 {
     const struct sga_constraint *c = d->j->solution->constraint + i;
-    struct step *p = add_constraint(d, i, c->replaced ? "same_zeros" : "given", "a restriction holds from the start");
-    if (c->restriction >= 0 && c->restriction < d->j->request->system.restrictions)
+    int restrictions = d->j->request->system.restrictions, specials = d->j->solution->specials;
+    bool own = c->restriction >= 0 && c->restriction < restrictions, branch = !own && !specials;      /* of products among them: a restriction of its own in the second run (primary.c) */
+    struct step *p = add_constraint(d, i, branch ? "branch" : c->replaced ? "same_zeros" : "given",
+                                    branch ? "the restrictions hold in several ways, of which this one is followed" : "a restriction holds from the start");
+    if (own)
         steps_use(&d->steps, p, d->restricted[c->restriction]);
-    for (int k = 0; k < i && c->replaced; k++)
+    for (int k = 0; k < restrictions && branch; k++)
+        steps_use(&d->steps, p, d->restricted[k]);
+    for (int k = 0; k < i && (c->replaced || branch); k++)
         steps_use(&d->steps, p, d->found[k]);
-    for (int k = 0; k < d->j->solution->specials && (c->restriction < 0 || c->restriction >= d->j->request->system.restrictions); k++)
+    for (int k = 0; k < specials && !own; k++)
         steps_use(&d->steps, p, d->special[k]);
 }
 
