@@ -63,6 +63,47 @@ static void velocities_left(struct derivation *d, expr_id sum, unsigned char *le
     }
 }
 
+/* What a sum has of one velocity, times that velocity; 0: EXPR_UNDEF. */
+static expr_id coefficient(struct derivation *d, expr_id sum, int variable)
+{
+    struct expr_store *st = &d->sheet.m.store;
+    SGA_ARENA(mem);
+    unsigned char *active = sga_zeros(&mem, (size_t)st->symbols + 1, 1);
+    active[d->sheet.first + variable] = 1;
+    SGA_FREED struct expr_term *term = NULL;
+    size_t cap = 0;
+    SGA_ENDS(expr_cone_clear) struct expr_cone cone;
+    expr_cone_init(&cone);
+    return expr_gradient(st, &cone, sum, active, &term, &cap) == 1 ? term[0].value : EXPR_UNDEF;
+}
+
+/* A velocity that is left is what a row says that the sum has already: then it has more of that row. */
+static bool takes_more(struct derivation *d, struct derivation_terms *t, expr_id *all, const struct sga_rate *rate)
+{
+    struct expr_store *st = &d->sheet.m.store;
+    int variable, k = 0, row = rate->parts == 1 ? rate->part[0].row : -1;
+    if (row < 0 || !derivation_row_is_solved(d->j, row, &variable) || variable != rate->variable)
+        return false;
+    while (k < t->terms && t->term[k].step != d->given[row])
+        k++;
+    expr_id residual = row_residual(d, row), own = coefficient(d, residual, variable), c = coefficient(d, *all, variable);
+    if (k == t->terms || !own || !c)
+        return false;
+    expr_id more = expr_neg(st, expr_div(st, c, own));
+    expr_id factor = expr_add(st, t->term[k].factor, more), next = expr_add(st, *all, expr_mul(st, more, residual));
+    if (!factor || !next)
+        return false;
+    struct poly_limits limits = poly_limits_of(POLY_SHOWN, d->j->budget);
+    poly_normal(st, factor, &limits, &factor);
+    t->term[k].factor = factor;
+    if (expr_is_zero(st, factor)) {
+        memmove(t->term + k, t->term + k + 1, (size_t)(t->terms - k - 1) * sizeof *t->term);
+        t->terms--;
+    }
+    *all = next;
+    return true;
+}
+
 /* The rate that gives the velocity in a sum; -1: none. */
 static int rate_of(const struct derivation *d, const struct derivation_sum *sum, int variable)
 {
@@ -109,6 +150,10 @@ static struct derivation_terms expand(struct derivation *d, const struct derivat
     velocities_left(d, all, left);
     for (int i = 0; i < n; i++) {
         int r = left[i] ? rate_of(d, sum, i) : -1;
+        if (r >= 0 && takes_more(d, &t, &all, d->j->solution->rate + r)) {
+            t.sum = all;
+            continue;
+        }
         if (r >= 0)
             wanted[r] = 1;
         t.open |= left[i] && r < 0;

@@ -189,12 +189,23 @@ static void by_number(struct display *d, struct sheet *s, expr_id scale, int i, 
     d->st.error = before;
 }
 
-/* A constraint as its zeros, on those of older generations. */
-static void as_zeros(struct display *d, struct sheet *s, struct poly_bridge *b, const struct poly_limits *limits, int i, struct choice *c)
+/* By constraint: its tangency is a part of another one. What is the same on others' zeros only has another tangency. */
+static unsigned char *differentiated(const struct sheet *s)
+{
+    unsigned char *is = sga_calloc((size_t)s->constraints + 1, 1);
+    for (int i = 0; i < s->constraints; i++)
+        for (int q = 0; q < s->constraint[i].parts; q++)
+            if (s->constraint[i].part[q].row < 0 && s->constraint[i].part[q].tangency < s->constraints)
+                is[s->constraint[i].part[q].tangency] = 1;
+    return is;
+}
+
+/* A constraint as its zeros, on those of older generations where it may be. */
+static void as_zeros(struct display *d, struct sheet *s, struct poly_bridge *b, const struct poly_limits *limits, int i, bool on_set, struct choice *c)
 {
     expr_id by[MOST_SETS];
     int older = 0;
-    for (int k = 0; k < s->constraints && older < MOST_SETS; k++)
+    for (int k = 0; k < s->constraints && older < MOST_SETS && on_set; k++)
         if (s->constraint[k].generation < s->constraint[i].generation)
             by[older++] = s->root[k];
     for (int round = 0; round < 2; round++) {
@@ -219,13 +230,14 @@ static void as_zeros(struct display *d, struct sheet *s, struct poly_bridge *b, 
 
 static void choose_constraints(struct display *d, struct sheet *s, const struct poly_limits *limits)
 {
+    SGA_FREED unsigned char *used = differentiated(s);
     struct poly_bridge *b = s->constraints && s->constraints <= MOST_ZEROS ? poly_bridge_new(&d->st, s->root, s->constraints, limits) : NULL;
     for (int i = 0; i < s->constraints; i++) {
         struct choice c = { s->root[i], weight_of(d, s->root[i]) };
         offer(d, &c, s->shown[i], true);
         struct poly_bridge *own = b || s->constraints > MOST_ZEROS ? NULL : poly_bridge_new(&d->st, s->root + i, 1, limits);
         if (b || own)
-            as_zeros(d, s, b ? b : own, limits, i, &c);
+            as_zeros(d, s, b ? b : own, limits, i, !used[i], &c);
         poly_bridge_free(own);
         s->shown[i] = c.e;
         s->weight += c.weight;
