@@ -19,7 +19,7 @@ struct sizes;
 
 /* What stays where it was given. */
 enum tiers_stage { TIERS_KEEP_ALL, TIERS_KEEP_STATES, TIERS_MOVE_ALL, TIERS_KEEP_PLACES, TIERS_MOVE_PLACES, TIERS_STAGES };
-enum { TIERS = 6 };
+enum { TIERS = 6, TIERS_PLACES = 3 /* of coordinates that were not given */ };
 
 /* By variable: its tier (0 to TIERS - 1), or -1 where it stays. kind: of sys_kinds. */
 void tiers_of(const struct traj_request *rq, const unsigned char *kind, int n, enum tiers_stage stage, signed char *tier);

@@ -127,6 +127,15 @@ static void loosen(struct tiers_search *s, struct tiers_found *best, struct tier
     }
 }
 
+/* The first tier whose values are not near their guess, of those that say where all others are (velocities and what follows are mostly solved for); -1: none. */
+static int far_tier(const struct tiers_found *f)
+{
+    int k = 0;
+    while (k <= TIERS_PLACES && f->score[k] <= NEAR * NEAR)
+        k++;
+    return k <= TIERS_PLACES ? k : -1;
+}
+
 /* No point was found, or the nearest one is not near, or no way led to the set from the guess itself (direct), as where all slopes are 0 there: others
  * may be nearer, which ways from far and wide have missed. From places around the guess, ever farther from it where there is none, else nearer to it
  * than that point, until a number of them find no nearer one. */
@@ -135,12 +144,13 @@ static void look_around(struct tiers_search *s, struct tiers_found *best, struct
     static const double part[] = { 0.25, 0.0625, 0.125, 0.5 };
     double before = s->t.effort;
     for (int k = 0, idle = 0; idle < (best->any ? IDLE : IDLE_NONE) && s->t.effort - before < ENOUGH_AROUND && goes_on(s, best); k++) {
-        if (best->any && direct && best->score[0] <= NEAR * NEAR)
+        int tier = best->any ? far_tier(best) : 0;
+        if (tier < 0 && direct)
             return;
-        double radius = best->any ? sqrt(best->score[0]) * part[k % 4] : ldexp(0.5, k / 8);
+        double radius = best->any ? sqrt(best->score[tier < 0 ? 0 : tier]) * part[k % 4] : ldexp(0.5, k / 8);
         bool walk = k % 2;
         for (int j = 0; j < s->t.n; j++)
-            new->x[j] = s->rq->initial[j] + (s->tier[j] >= 0 ? points_scatter(s->name[j], LATER + k) * radius * s->unit[j] : 0);
+            new->x[j] = s->rq->initial[j] + (s->tier[j] >= (tier < 0 ? 0 : tier) ? points_scatter(s->name[j], LATER + k) * radius * s->unit[j] : 0);
         idle++;
         if (reach(s, new->x, walk ? 1 : LOOSE, walk ? SHORT * fmax(1, radius) : INFINITY, walk ? WALK : SETTLE, NULL)) {
             tiers_complete(s, new);
