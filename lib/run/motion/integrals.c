@@ -1,6 +1,6 @@
 /* First integrals whose drift is reported: those that the request lists, and the energy of an
  * autonomous Hamiltonian or Lagrangian system. Whether they are constant along the motion is
- * decided like everything else: X(f) = 0 and K(f) = 0 on the final set, by the oracle. */
+ * decided like everything else: X(f) = 0 and K(f) = 0 on the final set, by the oracle; but for the energy of a Lagrangian. */
 #include "integrate.h"
 
 #include "form.h"
@@ -81,6 +81,13 @@ static expr_id energy(struct job *j)
     return sum;
 }
 
+/* Along Euler-Lagrange equations without forces and time the energy is conserved: E' = v (p' - dL/dq) = lambda dg/dt = 0, whatever is free. */
+static bool by_lagrange(const struct job *j, const struct sga_solution *s)
+{
+    const struct request *r = j->request;
+    return r->lagrangian != EXPR_UNDEF && r->coordinates && !r->system.signals && !r->modes && !s->depends_on_time;
+}
+
 void answer_integrals(struct job *j, const struct sga_solution *s, struct points_oracle *oracle, struct traj_request *r)
 {
     const struct request_trajectory *t = &j->request->trajectory;
@@ -93,7 +100,7 @@ void answer_integrals(struct job *j, const struct sga_solution *s, struct points
     j->integrals->given = sga_zeros(&j->mem, most, sizeof *j->integrals->given);
     j->integrals->truth = sga_zeros(&j->mem, most, sizeof *j->integrals->truth);
     expr_id own = energy(j);
-    if (own != EXPR_UNDEF && conserved(j, s, oracle, own) == POINTS_ZERO) {
+    if (own != EXPR_UNDEF && (by_lagrange(j, s) || conserved(j, s, oracle, own) == POINTS_ZERO)) {
         j->integrals->truth[0] = POINTS_ZERO;
         j->integrals->given[0] = -1;
         j->integrals->expr[j->integrals->count++] = own;
