@@ -335,6 +335,27 @@ def hinge(tally, rng, solver):
         tally.check(part and part["verdict"] == "unique" and part["dimensions"]["final"] == 1 and start["a"] == 0.6 and start["b"] == 0.8, "a crank and bars", str(refusal or start))
 
 
+def linkage(tally, rng, solver, number):
+    """Three bars that close, the angle of one given: it stays, and of the two ways in which the others can lie, and their turns, the nearest to their guess is taken."""
+    length, angle = [round(rng.uniform(0.5, 2), 3) for _ in range(3)], [rng.uniform(-3, 3) for _ in range(3)]
+    x, y = (sum(a * f(q) for a, q in zip(length, angle)) for f in (math.cos, math.sin))
+    held = rng.randrange(3)
+    (a, b), u, v = [length[k] for k in range(3) if k != held], x - length[held] * math.cos(angle[held]), y - length[held] * math.sin(angle[held])
+    reach, nearest = math.hypot(u, v), math.inf
+    for side in (1, -1):
+        first = math.atan2(v, u) + side * math.acos(max(-1, min(1, (a * a + reach * reach - b * b) / (2 * a * reach))))
+        nearest = min(nearest, math.hypot(math.remainder(first, 2 * math.pi), math.atan2(v - a * math.sin(first), u - a * math.cos(first))))
+    names, loop = ["q0", "q1", "q2"], [" + ".join(f"{a}*{f}(q{k})" for k, a in enumerate(length)) + f" - ({at!r})" for f, at in (("cos", x), ("sin", y))]
+    rng.shuffle(names)
+    rng.shuffle(loop)
+    result, problem = solver.solve({"system": {"form": "lagrangian", "coordinates": names, "lagrangian": "q0'^2/2 + q1'^2 + q2'^2/2 - sin(q0)", "holonomic": loop},
+                                    "want": ["trajectory"], "trajectory": {"stop": 0.01, "samples": 2, "initial": {f"q{held}": angle[held]}}})
+    start = result and result["trajectory"]["initial"]["projected"]
+    if not tally.check(result and abs(start[f"q{held}"] - angle[held]) < 1e-9, f"linkage {number}: it stays", str(problem or start)):
+        return 0
+    return math.hypot(*(start[f"q{k}"] for k in range(3) if k != held)) < nearest * (1 + 1e-6) + 1e-6
+
+
 def main():
     tally = Tally("start")
     rng = random.Random(seed(20261122))
@@ -349,6 +370,9 @@ def main():
     for number in range(scaled(60)):
         hardly_moving(tally, rng, solver, number)
     hinge(tally, rng, solver)
+    linkages = scaled(60)
+    near = sum(linkage(tally, rng, solver, number) for number in range(linkages))
+    tally.check(near >= 0.9 * linkages, "linkages: nearly all as near as can be", f"{near} of {linkages}")
     for number in range(scaled(40)):
         parts(tally, rng, solver, number)
     return tally.end()
