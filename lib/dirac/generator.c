@@ -2,7 +2,7 @@
  *
  * G = sum of e_A gamma_A over the first class preserves the equations where dG/dt is a combination of primary constraints: for each gamma_A that is
  * not primary  D e_A + sum over B of e_B V_BA = 0, with {gamma_B, H'} = V_BA gamma_A on the set to first order, D the derivative along the motion. Each
- * equation is solved for an e_B that V_BA brings in; what is left open is a parameter. What no chain that begins at a primary one reaches (Cawley's
+ * equation is solved for an e_B that V_BA brings in, or several for as many; what is left open is a parameter. What no chain that begins at a primary one reaches (Cawley's
  * constraints, which vanish to second order in the brackets) generates no transformation: e is 0 there. */
 #include "basis.h"
 
@@ -185,6 +185,54 @@ static int step(struct chain *h)
     return 0;
 }
 
+/* Equations whose e_A is known, for as many others that they bring in, all at once. 1: they were solved; 0: these are more, or what is brought in is not
+ * independent; -1: undecided. */
+static int solve_together(struct chain *h)
+{
+    const struct weak *weak = h->d->space->weak;
+    struct expr_store *st = weak->st;
+    int F = h->c->firsts, sides = h->parameters * h->orders, rows = 0, unknowns = 0;
+    SGA_ARENA(mem);
+    int *row = sga_zeros(&mem, (size_t)F + 1, sizeof *row), *unknown = sga_zeros(&mem, (size_t)F + 1, sizeof *unknown), *pivot = sga_zeros(&mem, (size_t)F + 1, sizeof *pivot);
+    for (int A = h->c->primary_firsts; A < F; A++)
+        if (h->known[A] && !h->used[A])
+            row[rows++] = A;
+    for (int B = 0; B < F; B++) {
+        bool in = false;
+        for (int i = 0; i < rows && !h->known[B] && !in; i++) {
+            int is = weak_zero(weak, h->V[B * F + row[i]]);
+            if (is < 0)
+                return -1;
+            in = !is;
+        }
+        if (in)
+            unknown[unknowns++] = B;
+    }
+    if (!unknowns || unknowns > rows)
+        return 0;
+    int width = unknowns + sides;
+    expr_id *a = sga_zeros(&mem, (size_t)(rows * width) + 1, sizeof *a);
+    for (int i = 0; i < rows; i++) {
+        for (int k = 0; k < unknowns; k++)
+            a[i * width + k] = h->V[unknown[k] * F + row[i]];
+        for (int k = 0; k < sides; k++)
+            a[i * width + unknowns + k] = coefficient(h, row[i], k / h->orders, k % h->orders);
+    }
+    if (!weak_eliminate(weak, a, rows, unknowns, width, pivot))
+        return -1;
+    for (int k = 0; k < unknowns; k++)
+        if (pivot[k] < 0)
+            return 0;
+    for (int k = 0; k < unknowns; k++) {
+        for (int q = 0; q < sides; q++)
+            *e_at(h, unknown[k], q / h->orders, q % h->orders) = weak_normal(weak, expr_neg(st, a[pivot[k] * width + unknowns + q]));
+        h->known[unknown[k]] = 1;
+    }
+    for (int i = 0; i < rows; i++)       /* those that are left over are asked about at the end */
+        h->used[row[i]] = 1;
+    return 1;
+}
+
 /* Whether the equations that were not used hold by themselves, and coefficients do not move with the free multipliers: 1, 0, -1. */
 static int holds(struct chain *h)
 {
@@ -255,6 +303,8 @@ static bool solve_chain(struct chain *h)
         return false;
     for (;;) {
         int did = step(h), last = F - 1;
+        if (!did)
+            did = solve_together(h);
         if (did < 0)
             return false;
         if (did)
