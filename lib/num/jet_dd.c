@@ -2,9 +2,11 @@
 #include "jet.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "dd_lu.h"
 #include "jet_plan.h"
+#include "mem.h"
 #include "table_balls.h"
 #include "tape_code.h"
 
@@ -111,20 +113,6 @@ static num_dd value_of(const num_dd *x, int k, num_dd s, double *slope)
     return v;
 }
 
-/* Newton's method from near a zero, which may have another one beside it. */
-static num_dd polished(const num_dd *x, int k, num_dd s)
-{
-    enum { TURNS = 12 };
-    double slope, last = INFINITY;
-    for (int turn = 0; turn < TURNS; turn++) {
-        double move = -value_of(x, k, s, &slope).hi / slope;
-        if (!(fabs(move) < 0.5 * last) || fabs(move) > 1e-8 * fabs(s.hi))
-            break;
-        s = num_dd_add_d(s, move);
-        last = fabs(move);
-    }
-    return s;
-}
 
 /* Where x, of one sign at a and of the other at b, is 0: between them, to all digits that s can have there. */
 static num_dd zero_between(const num_dd *x, int k, int side, num_dd a, num_dd b)
@@ -137,48 +125,98 @@ static num_dd zero_between(const num_dd *x, int k, int side, num_dd a, num_dd b)
     return b;
 }
 
-/* The first place after s, at most limit, where the slope changes its sign from that at s, or limit. work: 3 k numbers. */
-static double next_turn(const num_dd *x, int k, double s, double limit, double *work)
+enum { HALVINGS = 40 };        /* of (0, limit] */
+
+/* x on (0, limit] by Bernstein's polynomials there. */
+static void bernstein(const num_dd *x, int k, double limit, num_dd *b)
 {
-    double slope, middle, low, high, scale = 1;
-    for (int i = 1; i <= k; i++)
-        work[i - 1] = i * x[i].hi;
-    for (int r = 0; r < k - 1; r++)
-        for (int i = k - 2; i >= r; i--)
-            work[i] += s * work[i + 1];
-    int side = work[0] < 0 ? -1 : 1;
-    for (int i = 0; i < k; i++, scale *= limit - s)
-        work[i] *= side * scale;
-    if (!(limit > s) || !num_first_change(work, k - 1, work + k, &low, &high))
-        return limit;
-    low = s + low * (limit - s);
-    high = s + high * (limit - s);
-    for (int turn = 0; turn < 60; turn++) {
-        middle = 0.5 * (low + high);
-        value_of(x, k, num_dd_of(middle), &slope);
-        *(side * slope > 0 ? &low : &high) = middle;
+    num_dd power = num_dd_of(1);
+    for (int i = 0; i <= k; i++) {
+        b[i] = num_dd_mul(x[i], power);
+        power = num_dd_mul_d(power, limit);
     }
-    return high;
+    for (int i = 1; i <= k; i++)       /* over the binomial of k and i, and sums with those of j and i */
+        for (int j = i; j > 0; j--)
+            b[i] = num_dd_div(num_dd_mul_d(b[i], j), num_dd_of(k - i + j));
+    for (int turn = 1; turn <= k; turn++)
+        for (int i = k; i >= turn; i--)
+            b[i] = num_dd_add(b[i], b[i - 1]);
 }
 
-/* The first change before limit that is too shallow for doubles: extreme values are looked at. */
-static num_dd shallow_change(const num_dd *x, int k, int side, double least, double limit, double *work)
+/* The halves of b (de Casteljau): the right one stays, left gets the other. */
+static void halve(num_dd *b, int k, num_dd *left)
 {
-    double s = 0, slope;
-    for (int turn = 0; turn < k && s < limit; turn++) {
-        double next = next_turn(x, k, s, limit, work);
-        num_dd v = value_of(x, k, num_dd_of(next), &slope);
-        if (side * v.hi < -least)
-            return zero_between(x, k, side, num_dd_of(s), num_dd_of(next));
-        s = next;
+    left[0] = b[0];
+    for (int r = 1; r <= k; r++) {
+        for (int i = 0; i + r <= k; i++)
+            b[i] = num_dd_scale(num_dd_add(b[i], b[i + 1]), 0.5);
+        left[r] = b[0];
     }
-    return num_dd_of(INFINITY);
+}
+
+/* Whether it is never off its side by more than least; *once: it leaves that once, and is off it at the end. */
+static bool stays(const num_dd *b, int k, int side, double least, bool *once)
+{
+    int turns = 0, last = 1;
+    bool off = false;
+    for (int i = 0; i <= k; i++) {
+        double v = side * b[i].hi;
+        off |= v < -least;
+        turns += v != 0 && (v > 0 ? 1 : -1) != last;
+        last = v != 0 ? (v > 0 ? 1 : -1) : last;
+    }
+    *once = turns == 1 && side * b[k].hi < -least;
+    return !off;
+}
+
+/* The first change before limit that is too shallow for doubles, or whose neighbours are too near: by halves, in all digits. */
+static num_dd shallow_change(const num_dd *x, int k, int side, double least, double limit)
+{
+    struct part { double from, wide; num_dd *b; } part[HALVINGS + 2];
+    size_t size = (size_t)k + 1;
+    num_dd *room = sga_malloc((HALVINGS + 2) * size * sizeof *room), at = num_dd_of(INFINITY);
+    int top = 0;
+    bernstein(x, k, limit, room);
+    part[top++] = (struct part){ 0, limit, room };
+    while (top > 0 && isinf(at.hi)) {
+        struct part p = part[--top];
+        bool once, last = !(p.wide > ldexp(limit, -HALVINGS));
+        if (stays(p.b, k, side, least, &once))
+            continue;
+        if (once || last) {
+            at = once ? zero_between(x, k, side, num_dd_of(p.from), num_dd_of(p.from + p.wide)) : side * p.b[k].hi < -least ? num_dd_of(p.from + p.wide) : at;
+            continue;
+        }
+        num_dd *left = room + (size_t)(top + 1) * size;       /* the right half stays where it is */
+        halve(p.b, k, left);
+        part[top++] = (struct part){ p.from + 0.5 * p.wide, 0.5 * p.wide, p.b };
+        part[top++] = (struct part){ p.from, 0.5 * p.wide, left };
+    }
+    free(room);
+    return at;
+}
+
+/* Newton's method from near a zero, which may have another one beside it. *far: that has not come to it. */
+static num_dd polished(const num_dd *x, int k, num_dd s, bool *far)
+{
+    enum { TURNS = 12 };
+    double slope, last = INFINITY;
+    *far = false;
+    for (int turn = 0; turn < TURNS; turn++) {
+        double move = -value_of(x, k, s, &slope).hi / slope;
+        *far = fabs(move) > 1e-8 * fabs(s.hi);
+        if (*far || !(fabs(move) < 0.5 * last))
+            break;
+        s = num_dd_add_d(s, move);
+        last = fabs(move);
+    }
+    return s;
 }
 
 num_dd num_jet2_change(const num_dd *x, int k, int side, double *work)
 {
     static const double shallow = 1e-12;           /* of the sum of all terms: to be looked at twice */
-    double rest = 0, low = 1, high, dip;
+    double rest = 0, low = 1, high, dip, end;
     for (int i = 0; i <= k; i++) {
         work[i] = side * x[i].hi;
         rest += i ? fabs(work[i]) : 0;
@@ -186,12 +224,13 @@ num_dd num_jet2_change(const num_dd *x, int k, int side, double *work)
     if (work[0] > rest)
         return num_dd_of(INFINITY);
     bool found = num_first_change(work, k, work + k + 1, &low, &high);
-    num_dd s = found ? polished(x, k, change(x, k, side, low, high)) : num_dd_of(INFINITY);
+    bool far = false;
+    num_dd s = found ? polished(x, k, change(x, k, side, low, high), &far) : num_dd_of(INFINITY);
     double least = shallow * (fabs(work[0]) + rest);
     work[0] -= least;
-    if (k > 1 && (work[0] <= 0 || (num_first_change(work, k, work + k + 1, &dip, &high) && dip < low))) {
-        num_dd before = shallow_change(x, k, side, 1e-17 * least, found ? low : 1, work);
-        s = num_dd_less(before, s) ? before : s;
+    if (k > 1 && (work[0] <= 0 || (num_first_change(work, k, work + k + 1, &dip, &end) && dip < low))) {
+        num_dd first = shallow_change(x, k, side, 1e-17 * least, far ? high : found ? low : 1);
+        s = num_dd_less(first, s) || (far && isfinite(first.hi)) ? first : s;
     }
     return s;
 }

@@ -248,7 +248,8 @@ static bool run_once(const struct sys_system *sys, const struct sga_solution *so
                      struct traj_result *r, struct sga_error *err)
 {
     struct defined d;
-    if (!defined_any(sol, rq))
+    bool all = sol->definitions == sys->variables;       /* balls need something that moves */
+    if (!defined_any(sol, rq) || (all && rq->arithmetic == TRAJ_BALL))
         return run_from_start(sys, sol, rq, r, err);
     *r = (struct traj_result){ 0 };
     defined_init(&d, sys, sol, rq);

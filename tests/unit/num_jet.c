@@ -233,6 +233,24 @@ static void shallow_changes(void)
         }
 }
 
+/* Clusters of four and six zeros, as near to each other as 2^-m: the first is the answer, from where the polynomial begins and from behind each. */
+static void clustered_changes(void)
+{
+    enum { ZEROS = 6 };
+    for (int m = 4; m <= 18; m++)
+        for (int zeros = 2; zeros <= ZEROS && zeros * m < 84; zeros += 2) {
+            num_dd x[ZEROS + 1] = { num_dd_of(1) };
+            double work[3 * (ZEROS + 1)];
+            for (int i = 0; i < zeros; i++) {
+                double at = 0.4375 + i * ldexp(1 + 0.25 * (i % 2), -m);
+                for (int k = i + 1; k >= 0; k--)
+                    x[k] = num_dd_sub(k ? x[k - 1] : num_dd_of(0), k <= i ? num_dd_mul_d(x[k], at) : num_dd_of(0));
+            }
+            num_dd s = num_jet2_change(x, zeros, 1, work);
+            CHECK(fabs(num_dd_sub(s, num_dd_of(0.4375)).hi) < 1e-29 * ldexp(1, (zeros - 1) * m), "%d zeros, 2^-%d apart: %.17g", zeros, m, s.hi);
+        }
+}
+
 /* No series: the square root at 0, a solve that is singular. */
 static void refused(void)
 {
@@ -278,6 +296,7 @@ int main(void)
     beyond_range();
     first_changes();
     shallow_changes();
+    clustered_changes();
     refused();
     expr_store_clear(&st);
     flint_cleanup();
