@@ -197,7 +197,8 @@ static void set_errors(const struct ode_run *run, double factor, struct ode_resu
     }
     event_errors(run, factor, res, other, of);
     res->end.error = end_error(run, res, other);
-    if (known < res->count || !alike)
+    res->end.alone = res->end.reason == ODE_BLOW_UP && other->end.reason == ODE_NONE;
+    if (known < res->count || !alike || res->end.alone)
         res->worst = INFINITY;
     free(q.a);
     free(q.raw);
@@ -416,6 +417,8 @@ static bool is_vague(const struct ode_run *run, const struct ode_result *res)
 static bool is_lost(const struct ode_run *run, const struct ode_result *res)
 {
     enum ode_reason r = res->end.reason;
+    if (res->end.alone)
+        return true;
     return ode_reason_placed(r) && r != ODE_EVENT && r != ODE_CONSTRAINT_LOST && ode_time_is_lost(res->end.error, res->end.t - run->start->t);
 }
 

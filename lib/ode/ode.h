@@ -278,6 +278,7 @@ struct ode_end {
     double t;                  /* where; the last time if it was reached */
     double error;              /* estimated, of t: how far apart the solutions that were compared end; 0: not known, or no place of the motion's own */
     double left;               /* where steps were given up before it: how long the motion may have had to it */
+    bool alone;                /* a blow-up of this solution; another one goes on to the last time */
     int variable;              /* of the one that grows most, for BLOW_UP; else -1 */
     char detail[256];          /* a sentence, "" for ODE_NONE */
 };
