@@ -20,6 +20,8 @@
 static const double AS_GOOD = 0.1;
 /* What elimination in doubles leaves of a column that is none; and what is a good pivot beside a row's largest entry. */
 static const double NOTHING = 1e-10, WELL = 1e-3;
+/* Of what moves with an input's derivative anything does that is no rounding: it comes first, and else nothing can be said. */
+static const double ANYTHING = 1e-14;
 
 static const char *name_of(const struct linear_request *rq, int variable)
 {
@@ -158,7 +160,7 @@ static bool follow(struct linear_coordinates *c, const struct linear_request *rq
     for (int part = 0; part < PARTS; part++) {
         for (int j = 0; j < n; j++)
             allowed[j] = !taken[j] && input_of(rq, j) < 0 && (part == ALL || (part == MOVING ? moving[j] : kind[j] >= SYS_ALGEBRAIC));
-        while (c->follows < rows && pivot(m, rows, n, c->follows, allowed, part == FOLLOWING ? WELL : NOTHING, &row, &col)) {
+        while (c->follows < rows && pivot(m, rows, n, c->follows, allowed, part == FOLLOWING ? WELL : part == MOVING ? ANYTHING : NOTHING, &row, &col)) {
             eliminate(m, rows, n, c->follows, row, col);
             c->follow[c->follows++] = col;
             allowed[col] = 0;
