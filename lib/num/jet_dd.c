@@ -113,7 +113,6 @@ static num_dd value_of(const num_dd *x, int k, num_dd s, double *slope)
     return v;
 }
 
-
 /* Where x, of one sign at a and of the other at b, is 0: between them, to all digits that s can have there. */
 static num_dd zero_between(const num_dd *x, int k, int side, num_dd a, num_dd b)
 {

@@ -208,3 +208,27 @@ double guess_distance_of_set(struct state *s)
     free(m.value);
     return far;
 }
+
+/* Of the values that were given, and of no others. */
+static bool of_given(struct state *s, expr_id f)
+{
+    bool given = true;
+    expr_cone_of(s->st, &s->cone, &f, 1);
+    for (int k = 0; k < s->cone.count && given; k++) {
+        const struct expr_node *n = s->st->node + s->cone.list[k];
+        int j = n->op == EXPR_SYM ? s->column[n->a] : -1;
+        given = j < 0 || !s->options->near_given || s->options->near_given[j];
+    }
+    return given;
+}
+
+bool guess_is_off(struct state *s)
+{
+    static const double OFF = 1e-6;
+    for (int i = 0; i < s->sol->constraints && !s->sol->constraint[i].chosen; i++) {
+        struct regular_option o = { .out = s->con + i, .count = 1 };
+        if (of_given(s, s->con[i]) && regular_option_distance(s, &o, s->options->near, s->options->near_time) > OFF)
+            return true;
+    }
+    return false;
+}

@@ -33,11 +33,11 @@ static bool next_route(struct route *r)
     return true;
 }
 
-/* The same among the branches of products. */
-static bool next_branch(struct route *r)
+/* The same among the branches of products; alike: among those that are as near to the guess as the first. */
+static bool next_branch(struct route *r, bool alike)
 {
     int last = r->count - 1;
-    while (last >= 0 && (r->at[last].side || r->at[last].chosen + 1 >= r->at[last].options))
+    while (last >= 0 && (r->at[last].side || r->at[last].chosen + 1 >= (alike ? r->at[last].alike : r->at[last].options)))
         last--;
     if (last < 0)
         return false;
@@ -61,6 +61,7 @@ static void copy_route(struct route *to, const struct route *from)
         memcpy(to->at, from->at, (size_t)from->count * sizeof *to->at);
     to->count = from->count;
     to->far = from->far;
+    to->off = from->off;
 }
 
 static bool same_route(const struct route *a, const struct route *b)
@@ -243,7 +244,7 @@ static bool run_products(struct routes *r, const struct sys_system *system, cons
             return false;
         if (options->near && (r->ended || r->others)) {
             /* how far a factor's zeros are says little of where hidden constraints lead: another branch may be nearer, or keep what was given */
-            r->others = r->best.far > AT_GUESS && r->tried < SGA_MOST_ROUTES && next_branch(&r->now);
+            r->others = r->best.far > AT_GUESS && r->tried < SGA_MOST_ROUTES && next_branch(&r->now, r->best.off);
             if (!r->others)
                 return true;
             routes_restart(oracle, r->seed, solution);

@@ -24,6 +24,8 @@ double guess_distance(struct state *s, const struct regular_option *o, expr_id a
 /* How far the guess is from the present set, in values that were given, by steps from its first point: about that of the nearest place. Negative: the system
  * is too large to say so. */
 double guess_distance_of_set(struct state *s);
+/* Whether the guess meets a constraint not that all branches have, and in which nothing is but values that were given: then none of them keeps these. */
+bool guess_is_off(struct state *s);
 /* What a move of 1 in variable j means near x: as for the nearest consistent start. */
 double regular_unit_near(const struct state *s, int j, const double *x);
 /* A ball at a place, parameters at some general value; the caller clears it. */

@@ -447,7 +447,9 @@ bool state_solve_as_is(const struct sys_system *system, const struct reduction_o
         ok = contradiction_on_side(&s);
     if (ok && options->conditions)
         conditions_note(&s, options->conditions);
-    route->far = ok && options->near && !s.inconsistent && has_branches(route) ? guess_distance_of_set(&s) : -1;
+    bool measured = ok && options->near && !s.inconsistent && has_branches(route);
+    route->far = measured ? guess_distance_of_set(&s) : -1;
+    route->off = measured && route->far > 0 && guess_is_off(&s);
     if (ok)
         conclude(&s);
     else if (!err->stage[0])

@@ -37,6 +37,7 @@ struct decision {
 struct route {
     struct decision *at; int count; size_t cap;
     double far;                   /* of the set that it led to from the guess (guess_distance_of_set); negative: not known */
+    bool off;                     /* no branch keeps the values that were given (guess_is_off) */
 };
 
 /* The variable that a function can be solved for with a constant factor; -1: none. */
