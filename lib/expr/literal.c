@@ -129,9 +129,10 @@ expr_id literal_power(struct expr_store *st, expr_id a, expr_id b, long max_expo
         }
     }
     expr_id e = expr_pow(st, a, b);
-    if (e && expr_op_of(st, e) == EXPR_POWI && labs(st->node[e].b) > max_exponent) {
+    expr_id power = e && expr_op_of(st, e) == EXPR_NEG ? st->node[e].a : e;      /* of an odd function of a negative argument: its sign comes first */
+    if (power && expr_op_of(st, power) == EXPR_POWI && labs(st->node[power].b) > max_exponent) {
         sga_fail(err, SGA_E_LIMIT_EXPONENT, "the exponents of a power of a power multiply to %ld; the limit is %ld",
-                 labs(st->node[e].b), max_exponent);
+                 labs(st->node[power].b), max_exponent);
         return EXPR_UNDEF;
     }
     return e;
