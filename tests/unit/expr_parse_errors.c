@@ -127,6 +127,7 @@ static const struct {
     { "x^10001", 0, SGA_E_LIMIT_EXPONENT, 1, 2, "10000" },
     { "x^-10001", 0, SGA_E_LIMIT_EXPONENT, 1, 2, "10000" },
     { "(x^200)^200", 0, SGA_E_LIMIT_EXPONENT, 1, 8, "40000" },
+    { "1/(sign(-x)^45)^449", 0, SGA_E_LIMIT_EXPONENT, 1, 16, "20205" },
     { "2^2^40", 0, SGA_E_LIMIT_EXPONENT, 1, 2, "10000" },
     { "9^9^9", 0, SGA_E_LIMIT_EXPONENT, 1, 2, "10000" },
     { "(9^9999)^9999", 0, SGA_E_LIMIT_BITS, 1, 9, "bits" },
