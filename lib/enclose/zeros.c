@@ -128,17 +128,24 @@ static int sign_at(struct look *l, double u, bool *valued)
     return arb_is_finite(g) ? sign_of(g) : 0;
 }
 
+/* One more of function `which`; its place and time are still to be set. direction 0: it is not decided. */
+static struct enclose_happening *append(struct enc_zeros *z, int which, int direction)
+{
+    struct enclose_happened *out = z->out;
+    out->list = sga_realloc(out->list, ((size_t)out->count + 1) * sizeof *out->list);
+    struct enclose_happening *h = out->list + out->count++;
+    *h = (struct enclose_happening){ .which = which, .direction = direction, .shown = direction != 0, .piece = -1, .x = _arb_vec_init(z->q->n) };
+    arb_init(&h->t);
+    return h;
+}
+
 /* The ball l->s holds it, or is not decided (direction 0). open: it reaches the span's end. */
 static void add(struct look *l, int direction, int before, bool open)
 {
-    struct enclose_happened *out = l->z->out;
-    int n = l->z->q->n;
-    out->list = sga_realloc(out->list, ((size_t)out->count + 1) * sizeof *out->list);
-    struct enclose_happening *h = out->list + out->count++;
-    *h = (struct enclose_happening){ .which = l->which, .direction = direction, .shown = direction != 0, .before = before, 
-                                      .open = open, .piece = -1, .x = _arb_vec_init(n) };
+    struct enclose_happening *h = append(l->z, l->which, direction);
+    h->before = before;
+    h->open = open;
     enc_step_at(l->span->step, l->span->set, &l->s, h->x);
-    arb_init(&h->t);
     arb_add(&h->t, l->span->t, &l->s, l->z->prec + 64);
 }
 
@@ -450,13 +457,9 @@ static int sift(struct enc_zeros *z, int from, bool backward)
 /* Function k is past its zero at t, without having been there. */
 static void add_jump(struct enc_zeros *z, int k, int direction, arb_srcptr box, const arb_t t, int piece)
 {
-    struct enclose_happened *out = z->out;
-    int n = z->q->n;
-    out->list = sga_realloc(out->list, ((size_t)out->count + 1) * sizeof *out->list);
-    struct enclose_happening *h = out->list + out->count++;
-    *h = (struct enclose_happening){ .which = k, .direction = direction, .shown = direction != 0, .piece = piece, .x = _arb_vec_init(n) };
-    _arb_vec_set(h->x, box, n);
-    arb_init(&h->t);
+    struct enclose_happening *h = append(z, k, direction);
+    h->piece = piece;
+    _arb_vec_set(h->x, box, z->q->n);
     arb_set(&h->t, t);
 }
 

@@ -233,7 +233,7 @@ static void shallow_changes(void)
         }
 }
 
-/* Clusters of four and six zeros, as near to each other as 2^-m: the first is the answer, from where the polynomial begins and from behind each. */
+/* Clusters of two, four and six zeros, as near to each other as 2^-m: the first is the answer. */
 static void clustered_changes(void)
 {
     enum { ZEROS = 6 };
