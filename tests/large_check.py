@@ -80,6 +80,14 @@ def resistors(n, current):
     return large.asked(f"{n} x {n} resistors", {"form": "equations", "variables": variables, "equations": equations})
 
 
+def bounded(tally, solver):
+    """A block of 4,050 equations that are solved for one another, in memory that a full matrix of their size would use up."""
+    request, expected = large.web(90)
+    answer, problem = solver.solve({**request, "limits": {"seconds": 120, "megabytes": 280}})
+    if tally.check(answer, "a food web in 280 MB", problem):
+        tally.check(answer["verdict"] == expected["verdict"], "a food web in 280 MB: verdict", answer["verdict"])
+
+
 def large_faults(tally, solver):
     """A singular grid, an equation that is missing in the middle of one, a loop with a wrong bound: named by place, with little time to do it."""
     limits = {"seconds": 60, "megabytes": 2000}
@@ -240,6 +248,7 @@ def main():
     kroneckers(tally, solver)
     many_generations(tally, solver)
     dense(tally, solver)
+    bounded(tally, solver)
     faults(tally, solver)
     large_faults(tally, solver)
     stiff_motions(tally, solver)

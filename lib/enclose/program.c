@@ -138,21 +138,32 @@ static int slot_of(struct maker *m, expr_id e)
     return m->slot[m->cone->place[e]];
 }
 
+/* The slot of e, which is put into a system: what varies with e then varies with the system. */
+static int read(struct maker *m, expr_id e, bool *varies, bool *state)
+{
+    int k = slot_of(m, e);
+    *varies |= m->p->code[k].varies;
+    *state |= m->p->code[k].state;
+    return k;
+}
+
 static int component(struct maker *m, int solve, int which)
 {
     struct enc_program *p = m->p;
     if (!m->first[solve]) {
         const struct expr_solve *s = m->st->solve + solve;
         size_t mm = (size_t)s->m * (size_t)s->m;
+        int zero = integer(m, 0);
         SGA_RESERVE(p->system, p->system_cap, p->systems + 1);
         struct enc_system *q = p->system + p->systems;
         *q = (struct enc_system){ s->m, sga_malloc((mm + 1) * sizeof(int)), sga_malloc((size_t)(s->m + 1) * sizeof(int)), p->slots };
         bool varies = false, state = false;
-        for (size_t i = 0; i < mm + (size_t)s->m; i++) {
-            int k = slot_of(m, i < mm ? s->matrix[i] : s->rhs[i - mm]);
-            *(i < mm ? q->matrix + i : q->rhs + (i - mm)) = k;
-            varies |= p->code[k].varies;
-            state |= p->code[k].state;
+        for (size_t i = 0; i < mm; i++)
+            q->matrix[i] = zero;
+        for (int i = 0; i < s->m; i++) {
+            for (int k = s->matrix.start[i]; k < s->matrix.start[i + 1]; k++)
+                q->matrix[i * s->m + s->matrix.column[k]] = read(m, s->matrix.entry[k], &varies, &state);
+            q->rhs[i] = read(m, s->rhs[i], &varies, &state);
         }
         for (int k = 0; k < s->m; k++)
             emit(m, (struct enc_code){ .op = ENC_SOLVE, .a = p->systems, .b = k, .varies = varies, .state = state });

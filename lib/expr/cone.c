@@ -106,14 +106,13 @@ void expr_cone_index(struct expr_cone *c)
 /* In the store `st`, the node e of `from`, which may be the same store: `to` has what its children became. */
 static expr_id rebuild_solve(struct expr_store *st, const struct expr_store *from, expr_id e, const expr_id *to)
 {
-    int index = from->node[e].a, m = from->solve[index].m;
-    size_t mm = (size_t)m * (size_t)m;
-    SGA_ARENA(mem);
-    expr_id *matrix = sga_take(&mem, mm * sizeof *matrix), *rhs = sga_take(&mem, (size_t)m * sizeof *rhs);
+    int index = from->node[e].a, m = from->solve[index].m, entries = from->solve[index].matrix.start[m];
+    SGA_ENDS(expr_rows_clear) struct expr_rows matrix = expr_rows_copy(&from->solve[index].matrix, m, EXPR_NONE);
+    SGA_FREED expr_id *rhs = sga_malloc((size_t)m * sizeof *rhs);
     bool same = st == from;
-    for (size_t i = 0; i < mm; i++) {
-        matrix[i] = to[from->solve[index].matrix[i]];
-        same &= matrix[i] == from->solve[index].matrix[i];
+    for (int k = 0; k < entries; k++) {
+        matrix.entry[k] = to[matrix.entry[k]];
+        same &= matrix.entry[k] == from->solve[index].matrix.entry[k];
     }
     for (int i = 0; i < m; i++) {
         rhs[i] = to[from->solve[index].rhs[i]];
@@ -122,12 +121,12 @@ static expr_id rebuild_solve(struct expr_store *st, const struct expr_store *fro
     int component = from->node[e].b;
     if (!same) {
         /* components of one solve meet here one after the other: reuse the last copy */
+        SGA_ENDS(expr_rows_clear) struct expr_rows less = expr_rows_copy(&matrix, m, expr_int(st, 0));
         struct expr_solve *last = st->solves ? st->solve + st->solves - 1 : NULL;
-        if (last && last->m == m && memcmp(last->matrix, matrix, mm * sizeof *matrix) == 0
-            && memcmp(last->rhs, rhs, (size_t)m * sizeof *rhs) == 0)
+        if (last && last->m == m && expr_rows_same(&last->matrix, &less, m) && !memcmp(last->rhs, rhs, (size_t)m * sizeof *rhs))
             index = st->solves - 1;
         else
-            index = expr_solve_add(st, m, matrix, rhs);
+            index = expr_solve_add_rows(st, m, &less, rhs);
     }
     return expr_solution(st, index, component);
 }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "mem.h"
 #include "op.h"
 
@@ -98,27 +99,22 @@ static void solve_back(struct sweep *s, expr_id e, expr_id bar)
 {
     struct expr_store *st = s->st;
     int index = st->node[e].a, row = st->node[e].b, m = st->solve[index].m;
-    size_t mm = (size_t)m * (size_t)m;
-    expr_id *t = sga_malloc(mm * sizeof *t), *r = sga_malloc((size_t)m * sizeof *r);
-    for (int i = 0; i < m; i++) {
-        for (int j = 0; j < m; j++)
-            t[i * m + j] = st->solve[index].matrix[j * m + i];
+    SGA_ENDS(expr_rows_clear) struct expr_rows t = expr_rows_transposed(&st->solve[index].matrix, m, m);
+    SGA_FREED expr_id *r = sga_malloc((size_t)m * sizeof *r);
+    for (int i = 0; i < m; i++)
         r[i] = expr_int(st, i == row);
-    }
-    int transposed = expr_solve_add(st, m, t, r);
+    int transposed = expr_solve_add_rows(st, m, &t, r);
     for (int i = 0; i < m && expr_store_ok(st); i++) {
         expr_id rbar = expr_mul(st, bar, expr_solution(st, transposed, i));
         expr_id rhs = st->solve[index].rhs[i];
         if (needed(s, rhs))
             accumulate(s, rhs, rbar);
-        for (int j = 0; j < m; j++) {
-            expr_id entry = st->solve[index].matrix[i * m + j];
+        for (int k = st->solve[index].matrix.start[i]; k < st->solve[index].matrix.start[i + 1]; k++) {
+            expr_id entry = st->solve[index].matrix.entry[k];
             if (needed(s, entry))
-                accumulate(s, entry, expr_neg(st, expr_mul(st, rbar, expr_solution(st, index, j))));
+                accumulate(s, entry, expr_neg(st, expr_mul(st, rbar, expr_solution(st, index, st->solve[index].matrix.column[k]))));
         }
     }
-    free(t);
-    free(r);
 }
 
 static void mark_dependence(struct sweep *s, const unsigned char *active)

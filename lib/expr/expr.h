@@ -15,9 +15,8 @@
 #include <flint/fmpq.h>
 
 #include "error.h"
+#include "expr_rows.h"
 
-typedef int32_t expr_id;
-#define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
 
 /* What an operator is like, whatever its arguments are. */
 enum expr_trait {
@@ -111,12 +110,12 @@ struct expr_symbol {
     bool mentioned;     /* by some expression that was read */
 };
 
-/* S y = r, dense: matrix has m*m handles by rows, rhs m; SOLVE nodes refer to it.
- * Kept as a node where elimination by symbols would blow up. */
+/* S y = r: S is m x m, without its zeros, rhs has m; SOLVE nodes refer to it. Kept as a node where elimination by symbols would blow up. */
 struct expr_solve {
     int m;
-    expr_id *matrix, *rhs;
-    expr_id *child; int children; /* of large ones: what is in them, each once; NULL: matrix, then rhs */
+    struct expr_rows matrix;
+    expr_id *rhs;
+    expr_id *child; int children; /* of large ones: what is in them, each once; NULL: the entries of the matrix, then rhs */
 };
 
 struct expr_marks;
@@ -187,8 +186,9 @@ expr_id expr_powi(struct expr_store *st, expr_id a, long n);
 expr_id expr_pow(struct expr_store *st, expr_id a, expr_id b);
 expr_id expr_fun(struct expr_store *st, enum expr_op op, expr_id a);
 expr_id expr_fun2(struct expr_store *st, enum expr_op op, expr_id a, expr_id b);
-/* A new linear solve (copies the handles); returns its index for expr_solution. */
+/* A new linear solve (copies the handles; matrix: m x m by rows); returns its index for expr_solution. */
 int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const expr_id *rhs);
+int expr_solve_add_rows(struct expr_store *st, int m, const struct expr_rows *matrix, const expr_id *rhs);
 expr_id expr_solution(struct expr_store *st, int solve, int component);
 
 /* Questions. */
@@ -199,7 +199,7 @@ bool expr_is_one(const struct expr_store *st, expr_id e);
 bool expr_is_int(const struct expr_store *st, expr_id e, long v);  /* the constant v */
 const fmpq *expr_const_value(const struct expr_store *st, expr_id e);
 
-/* Children: how many, and the k-th. SOLVE has m*m + m of them, of which a large one is mostly zeros: it has each that is different once. */
+/* Children: how many, and the k-th. SOLVE has the entries of its matrix that are not 0, and m more; a large one has each that is different once. */
 int expr_children(const struct expr_store *st, expr_id e);
 expr_id expr_child(const struct expr_store *st, expr_id e, int k);
 

@@ -5,7 +5,7 @@
 
 #include "mem.h"
 
-enum { DEPENDS = EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER };
+enum { DEPENDS = EXPR_HAS_VARIABLE | EXPR_HAS_TIME | EXPR_HAS_PARAMETER, SEEN_NOT = 255 };
 enum { SIGNS = EXPR_NONNEGATIVE | EXPR_NONPOSITIVE };
 
 void expr_facts_init(struct expr_facts *f)
@@ -16,6 +16,7 @@ void expr_facts_init(struct expr_facts *f)
 void expr_facts_clear(struct expr_facts *f)
 {
     free(f->flag);
+    free(f->solve);
     *f = (struct expr_facts){ 0 };
 }
 
@@ -136,14 +137,33 @@ static unsigned sign_of(const struct expr_store *st, expr_id e, const unsigned c
     }
 }
 
+static unsigned of_children(const struct expr_facts *f, const struct expr_store *st, expr_id e)
+{
+    unsigned d = 0;
+    for (int k = 0, n = expr_children(st, e); k < n; k++)
+        d |= f->flag[expr_child(st, e, k)] & DEPENDS;
+    return d;
+}
+
+/* What a linear solve depends on is looked at once, not for each of its components. */
+static unsigned of_solve(struct expr_facts *f, const struct expr_store *st, expr_id e)
+{
+    int solve = st->node[e].a;
+    SGA_RESERVE(f->solve, f->solve_cap, st->solves);
+    for (; f->solves < st->solves; f->solves++)
+        f->solve[f->solves] = SEEN_NOT;
+    if (f->solve[solve] == SEEN_NOT)
+        f->solve[solve] = (unsigned char)of_children(f, st, e);
+    return f->solve[solve];
+}
+
 unsigned expr_facts_of(struct expr_facts *f, const struct expr_store *st, expr_id e)
 {
     SGA_RESERVE(f->flag, f->cap, st->nodes);
     for (; f->known < st->nodes; f->known++) {
         expr_id i = f->known;
-        unsigned d = expr_op_of(st, i) == EXPR_SYM ? of_symbol(st->symbol[st->node[i].a].kind) : 0;
-        for (int k = 0, n = expr_children(st, i); k < n; k++)
-            d |= f->flag[expr_child(st, i, k)] & DEPENDS;
+        unsigned d = expr_op_of(st, i) == EXPR_SYM ? of_symbol(st->symbol[st->node[i].a].kind)
+                     : expr_op_of(st, i) == EXPR_SOLVE ? of_solve(f, st, i) : of_children(f, st, i);
         f->flag[i] = (unsigned char)(d | (sign_of(st, i, f->flag) & ~(unsigned)DEPENDS));
     }
     return f->flag[e];

@@ -17,6 +17,7 @@ struct expr_facts {
     unsigned char *flag;
     size_t cap;
     int known;
+    unsigned char *solve; int solves; size_t solve_cap;   /* by linear solve: what it depends on */
 };
 
 void expr_facts_init(struct expr_facts *f);

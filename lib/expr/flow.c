@@ -130,12 +130,12 @@ static int lift_solve(struct expr_flow *f, int solve, int m)
         r[i] = get(f, st->solve[solve].rhs[i], m);
         for (int k = 1; k <= m; k++) {
             int lower = lift_solve(f, solve, m - k);    /* known already: one look-up */
-            for (int j = 0; j < n; j++)
-                r[i] = expr_sub(st, r[i], expr_mul(st, get(f, st->solve[solve].matrix[i * n + j], k),
-                                                   expr_solution(st, lower, j)));
+            for (int q = st->solve[solve].matrix.start[i]; q < st->solve[solve].matrix.start[i + 1]; q++)
+                r[i] = expr_sub(st, r[i], expr_mul(st, get(f, st->solve[solve].matrix.entry[q], k),
+                                                   expr_solution(st, lower, st->solve[solve].matrix.column[q])));
         }
     }
-    int result = expr_solve_add(st, n, st->solve[solve].matrix, r);
+    int result = expr_solve_add_rows(st, n, &st->solve[solve].matrix, r);
     SGA_RESERVE(f->lift, f->lift_cap, f->lifts + 1);
     f->lift[f->lifts].solve = solve;
     f->lift[f->lifts].order = m;

@@ -79,7 +79,9 @@ static bool solve(struct expr_store *st, int index, const expr_id *to, expr_id *
     e.a = sga_malloc((size_t)s->m * (size_t)(s->m + 1) * sizeof *e.a);
     for (int i = 0; i < s->m; i++) {
         for (int j = 0; j < s->m; j++)
-            *entry(&e, i, j) = to[s->matrix[(size_t)i * (size_t)s->m + (size_t)j]];
+            *entry(&e, i, j) = expr_int(st, 0);
+        for (int k = s->matrix.start[i]; k < s->matrix.start[i + 1]; k++)
+            *entry(&e, i, s->matrix.column[k]) = to[s->matrix.entry[k]];
         *entry(&e, i, s->m) = to[s->rhs[i]];
     }
     bool ok = forward(&e);

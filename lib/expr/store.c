@@ -37,7 +37,7 @@ void expr_store_clear(struct expr_store *st)
     for (int i = 0; i < st->symbols; i++)
         free(st->symbol[i].name);
     for (int i = 0; i < st->solves; i++) {
-        free(st->solve[i].matrix);
+        expr_rows_clear(&st->solve[i].matrix);
         free(st->solve[i].rhs);
         free(st->solve[i].child);
     }
@@ -219,44 +219,42 @@ enum { LARGE_SOLVE = 16 };
 /* What is in a large system, each once. */
 static void list_children(struct expr_solve *s)
 {
-    size_t mm = (size_t)s->m * (size_t)s->m, count = 0;
-    expr_id before = s->matrix[0];     /* zeros stand in most places, in runs: they are not sorted */
+    int entries = s->matrix.start[s->m];
     s->child = NULL;
-    s->children = (int)(mm + (size_t)s->m);
+    s->children = entries + s->m;
     if (s->m < LARGE_SOLVE)
         return;
-    for (size_t k = 0; k < mm + (size_t)s->m; k++) {
-        expr_id e = k < mm ? s->matrix[k] : s->rhs[k - mm];
-        count += k == 0 || e != before;
-        before = e;
-    }
-    expr_id *list = s->child = sga_malloc(count * sizeof *list);
-    count = 0;
-    for (size_t k = 0; k < mm + (size_t)s->m; k++) {
-        expr_id e = k < mm ? s->matrix[k] : s->rhs[k - mm];
-        if (k == 0 || e != before)
-            list[count++] = e;
-        before = e;
-    }
-    sga_sort(list, count);
+    expr_id *list = s->child = sga_malloc((size_t)s->children * sizeof *list);
+    memcpy(list, s->matrix.entry, (size_t)entries * sizeof *list);
+    memcpy(list + entries, s->rhs, (size_t)s->m * sizeof *list);
+    sga_sort(list, (size_t)s->children);
+    int count = s->children;
     s->children = 0;
-    for (size_t k = 0; k < count; k++)
+    for (int k = 0; k < count; k++)
         if (k == 0 || list[k] != list[k - 1])
             list[s->children++] = list[k];
     s->child = sga_realloc(list, (size_t)s->children * sizeof *list);
 }
 
-int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const expr_id *rhs)
+static int add_solve(struct expr_store *st, int m, struct expr_rows matrix, const expr_id *rhs)
 {
     SGA_RESERVE(st->solve, st->solve_cap, st->solves + 1);
     struct expr_solve *s = st->solve + st->solves;
-    s->m = m;
-    s->matrix = sga_malloc((size_t)m * (size_t)m * sizeof *s->matrix);
+    *s = (struct expr_solve){ .m = m, .matrix = matrix };
     s->rhs = sga_malloc((size_t)m * sizeof *s->rhs);
-    memcpy(s->matrix, matrix, (size_t)m * (size_t)m * sizeof *s->matrix);
     memcpy(s->rhs, rhs, (size_t)m * sizeof *s->rhs);
     list_children(s);
     return st->solves++;
+}
+
+int expr_solve_add(struct expr_store *st, int m, const expr_id *matrix, const expr_id *rhs)
+{
+    return add_solve(st, m, expr_rows_of(m, m, matrix, expr_int(st, 0)), rhs);
+}
+
+int expr_solve_add_rows(struct expr_store *st, int m, const struct expr_rows *matrix, const expr_id *rhs)
+{
+    return add_solve(st, m, expr_rows_copy(matrix, m, expr_int(st, 0)), rhs);
 }
 
 expr_id expr_solution(struct expr_store *st, int solve, int component)
@@ -300,7 +298,8 @@ expr_id expr_child(const struct expr_store *st, expr_id e, int k)
         const struct expr_solve *s = st->solve + n->a;
         if (s->child)
             return s->child[k];
-        return k < s->m * s->m ? s->matrix[k] : s->rhs[k - s->m * s->m];
+        int entries = s->matrix.start[s->m];
+        return k < entries ? s->matrix.entry[k] : s->rhs[k - entries];
     }
     return k == 0 ? n->a : n->b;
 }

@@ -124,8 +124,8 @@ static void matrix_of(arb_mat_t A, const struct num_ball *b, const struct expr_s
 {
     arb_mat_init(A, s->m, s->m);
     for (int i = 0; i < s->m; i++)
-        for (int j = 0; j < s->m; j++)
-            arb_set(arb_mat_entry(A, i, j), b->value + s->matrix[i * s->m + j]);
+        for (int k = s->matrix.start[i]; k < s->matrix.start[i + 1]; k++)
+            arb_set(arb_mat_entry(A, i, s->matrix.column[k]), b->value + s->matrix.entry[k]);
 }
 
 arb_srcptr num_ball_inverse(struct num_ball *b, int index)

@@ -150,10 +150,10 @@ static void hand_on(struct num_ball *b, const struct gathered *g, int solve, con
         arb_srcptr y = g->sum[solve] + i;
         if (node[s->rhs[i]].op != EXPR_CONST)
             arb_add(bar_of(room, s->rhs[i]), bar_of(room, s->rhs[i]), y, b->prec);
-        for (int j = 0; j < s->m; j++) {
-            expr_id e = s->matrix[i * s->m + j];
+        for (int k = s->matrix.start[i]; k < s->matrix.start[i + 1]; k++) {
+            expr_id e = s->matrix.entry[k];
             if (node[e].op != EXPR_CONST)
-                arb_submul(bar_of(room, e), y, b->solution[solve] + j, b->prec);
+                arb_submul(bar_of(room, e), y, b->solution[solve] + s->matrix.column[k], b->prec);
         }
     }
 }

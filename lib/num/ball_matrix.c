@@ -15,30 +15,31 @@ enum { PASSES = 12 };              /* that bring rows and columns to sizes of 1 
 /* log2: sizes beyond which entries are not brought into doubles. */
 static const slong SIZE_MOST = 1 << 20;
 
-static arb_srcptr value_at(const struct num_ball *b, expr_id e) { return e == EXPR_UNDEF || arb_is_zero(b->value + e) ? NULL : b->value + e; }
+/* The entries that count: in the first columns, and not 0 in value. */
+static bool counts(const struct num_ball_matrix *w, const struct num_ball *b, const struct expr_rows *at, int k)
+{
+    return at->column[k] < w->cols && !arb_is_zero(b->value + at->entry[k]);
+}
 
 /* -1: too many. */
-static int count_entries(const struct num_ball *b, int rows, int cols, size_t stride, const expr_id *at)
+static int count_entries(const struct num_ball_matrix *w, const struct num_ball *b, const struct expr_rows *at)
 {
-    size_t count = 0, most = (size_t)rows * (size_t)cols / NUM_BALL_MATRIX_PART;
-    for (int i = 0; i < rows && count <= most; i++)
-        for (int j = 0; j < cols; j++)
-            count += value_at(b, at[(size_t)i * stride + (size_t)j]) != NULL;
+    size_t count = 0, most = (size_t)w->rows * (size_t)w->cols / NUM_BALL_MATRIX_PART;
+    for (int k = 0; k < at->start[w->rows]; k++)
+        count += counts(w, b, at, k);
     return count <= most ? (int)count : -1;
 }
 
-static void take_pattern(struct num_ball_matrix *w, const struct num_ball *b, size_t stride, const expr_id *at)
+static void take_pattern(struct num_ball_matrix *w, const struct num_ball *b, const struct expr_rows *at)
 {
     SGA_ARENA(mem);
     int place = 0, *ptr = sga_zeros(&mem, (size_t)w->rows + 1, sizeof *ptr), *col = sga_take(&mem, ((size_t)w->entries + 1) * sizeof *col);
     for (int i = 0; i < w->rows; i++) {
-        for (int j = 0; j < w->cols; j++) {
-            arb_srcptr v = value_at(b, at[(size_t)i * stride + (size_t)j]);
-            if (!v)
-                continue;
-            w->entry[place] = v;
-            col[place++] = j;
-        }
+        for (int k = at->start[i]; k < at->start[i + 1]; k++)
+            if (counts(w, b, at, k)) {
+                w->entry[place] = b->value + at->entry[k];
+                col[place++] = at->column[k];
+            }
         ptr[i + 1] = place;
     }
     w->B = lin_sparse_new(w->rows, w->cols, ptr, col);
@@ -107,15 +108,15 @@ static void take_values(struct num_ball_matrix *w)
     w->error = sqrt(sum) * (1 + 1e-9);
 }
 
-bool num_ball_matrix_init(struct num_ball_matrix *w, const struct num_ball *b, int rows, int cols, int stride, const expr_id *at)
+bool num_ball_matrix_init(struct num_ball_matrix *w, const struct num_ball *b, int rows, int cols, const struct expr_rows *at)
 {
     *w = (struct num_ball_matrix){ .rows = rows, .cols = cols };
-    if (rows < NUM_BALL_MATRIX_ROWS || (w->entries = count_entries(b, rows, cols, (size_t)stride, at)) < 0)
+    if (rows < NUM_BALL_MATRIX_ROWS || (w->entries = count_entries(w, b, at)) < 0)
         return false;
     w->entry = sga_malloc(((size_t)w->entries + 1) * sizeof *w->entry);
     w->row = sga_calloc((size_t)rows + (size_t)cols + 1, sizeof *w->row);
     w->column = w->row + rows;
-    take_pattern(w, b, (size_t)stride, at);
+    take_pattern(w, b, at);
     if (!take_units(w))
         return false;
     take_values(w);

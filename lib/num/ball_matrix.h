@@ -17,9 +17,9 @@ struct num_ball_matrix {
     double error;                  /* a bound of the Frobenius norm of what B is wrong by */
 };
 
-/* Of the nodes at (rows x cols, row i from i stride on; EXPR_UNDEF: 0), whose values are known. False: it is small or filled, has an empty row or column, an entry that is
- * not finite or has 0 in the middle, or sizes that no units bring into doubles. To be cleared in any case. Cost: rows x cols looks at values. */
-bool num_ball_matrix_init(struct num_ball_matrix *w, const struct num_ball *b, int rows, int cols, int stride, const expr_id *at);
+/* Of the first rows and columns of at, whose nodes' values are known. False: it is small or filled, has an empty row or column, an entry that is
+ * not finite or has 0 in the middle, or sizes that no units bring into doubles. To be cleared in any case. Linear. */
+bool num_ball_matrix_init(struct num_ball_matrix *w, const struct num_ball *b, int rows, int cols, const struct expr_rows *at);
 void num_ball_matrix_clear(struct num_ball_matrix *w);
 
 #endif

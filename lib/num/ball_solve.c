@@ -97,12 +97,15 @@ static bool approximate(struct system *w, mag_t size)
     return ok;
 }
 
-/* y (m) of the right side whose nodes' values are right[k stride]. */
-static bool solve(struct system *w, const struct num_ball *b, const expr_id *right, int stride, arb_ptr y)
+/* y (m) of the right side of these nodes' values; EXPR_NONE: 0. */
+static bool solve(struct system *w, const struct num_ball *b, const expr_id *right, arb_ptr y)
 {
     SGA_ENDS(mag_end) mag_t size = { 0 }, least = { 0 };
     for (int i = 0; i < w->m; i++) {
-        arb_mul_2exp_si(w->right + i, b->value + right[(size_t)i * (size_t)stride], w->a.row[i]);
+        if (right[i] == EXPR_NONE)
+            arb_zero(w->right + i);
+        else
+            arb_mul_2exp_si(w->right + i, b->value + right[i], w->a.row[i]);
         arf_zero(w->y + i);
     }
     if (!approximate(w, size))
@@ -126,16 +129,21 @@ static bool solve(struct system *w, const struct num_ball *b, const expr_id *rig
 static bool solve_bordered(struct system *w, const struct num_ball *b, const struct expr_solve *s, arb_ptr y)
 {
     int n = w->m;
-    const expr_id *last = s->matrix + (size_t)n * (size_t)s->m;
+    SGA_FREED expr_id *last = sga_malloc((size_t)(n + 1) * sizeof *last);       /* column */
+    for (int i = 0; i <= n; i++) {
+        int end = s->matrix.start[i + 1] - 1;
+        last[i] = end >= s->matrix.start[i] && s->matrix.column[end] == n ? s->matrix.entry[end] : EXPR_NONE;
+    }
     SGA_ENDS(arb_end) arb_t over = { 0 }, under = { 0 };
     arb_ptr z = _arb_vec_init(n);
-    bool ok = solve(w, b, s->matrix + n, s->m, z) && solve(w, b, s->rhs, 1, y);
+    bool ok = solve(w, b, last, z) && solve(w, b, s->rhs, y);
     if (ok) {
         arb_set(over, b->value + s->rhs[n]);
-        arb_set(under, b->value + last[n]);
-        for (int k = 0; k < n; k++) {
-            arb_submul(over, b->value + last[k], y + k, w->prec);
-            arb_submul(under, b->value + last[k], z + k, w->prec);
+        if (last[n] != EXPR_NONE)
+            arb_set(under, b->value + last[n]);
+        for (int k = s->matrix.start[n]; k < s->matrix.start[n + 1] && s->matrix.column[k] < n; k++) {
+            arb_submul(over, b->value + s->matrix.entry[k], y + s->matrix.column[k], w->prec);
+            arb_submul(under, b->value + s->matrix.entry[k], z + s->matrix.column[k], w->prec);
         }
         ok = !arb_contains_zero(under);
     }
@@ -151,12 +159,17 @@ static bool solve_bordered(struct system *w, const struct num_ball *b, const str
 /* A last row and a last column that are filled, of a matrix that is not: the product of the matrix with its transpose would be full. */
 static bool is_bordered(const struct num_ball *b, const struct expr_solve *s)
 {
-    size_t m = (size_t)s->m, row = 0, column = 0;
-    for (size_t k = 0; k + 1 < m; k++) {
-        row += !arb_is_zero(b->value + s->matrix[(m - 1) * m + k]);
-        column += !arb_is_zero(b->value + s->matrix[k * m + m - 1]);
-    }
-    return 2 * row > m && 2 * column > m;
+    const struct expr_rows *a = &s->matrix;
+    int row = 0, column = 0;
+    for (int i = 0; i < s->m; i++)
+        for (int k = a->start[i]; k < a->start[i + 1]; k++) {
+            bool last_row = i == s->m - 1, last_column = a->column[k] == s->m - 1;
+            if (last_row == last_column || arb_is_zero(b->value + a->entry[k]))
+                continue;
+            row += last_row;
+            column += last_column;
+        }
+    return 2 * row > s->m && 2 * column > s->m;
 }
 
 bool num_ball_solve_sparse(const struct num_ball *b, const struct expr_solve *s, arb_ptr y)
@@ -165,13 +178,13 @@ bool num_ball_solve_sparse(const struct num_ball *b, const struct expr_solve *s,
         return false;
     bool bordered = is_bordered(b, s), ok;
     struct system w = { .prec = b->prec + GUARD_BITS, .m = s->m - bordered };
-    ok = num_ball_matrix_init(&w.a, b, w.m, w.m, s->m, s->matrix);
+    ok = num_ball_matrix_init(&w.a, b, w.m, w.m, &s->matrix);
     if (ok) {
         SGA_ARENA(mem);
         w.right = _arb_vec_init(w.m);
         w.y = sga_zeros(&mem, (size_t)w.m, sizeof *w.y);
         w.lu = lin_lu_new(w.a.B);
-        ok = lin_lu_factor(w.lu, w.a.B->val) && (bordered ? solve_bordered(&w, b, s, y) : solve(&w, b, s->rhs, 1, y));
+        ok = lin_lu_factor(w.lu, w.a.B->val) && (bordered ? solve_bordered(&w, b, s, y) : solve(&w, b, s->rhs, y));
         for (int j = 0; j < w.m; j++)
             arf_clear(w.y + j);
         _arb_vec_clear(w.right, w.m);

@@ -137,15 +137,15 @@ static void solve(struct num_modp *m, int index)
 {
     const struct expr_solve *s = m->st->solve + index;
     struct num_modp_solution *q = m->solution + index;
-    SGA_FREED mp_limb_t *a = sga_malloc((size_t)s->m * (size_t)s->m * sizeof *a);
+    SGA_FREED mp_limb_t *a = sga_calloc((size_t)s->m * (size_t)s->m, sizeof *a);
     q->y = sga_calloc((size_t)s->m, sizeof *q->y);
     q->flags = 0;
     for (int i = 0; i < s->m; i++) {
         q->y[i] = m->value[s->rhs[i]];
         q->flags |= m->flags[s->rhs[i]];
-        for (int j = 0; j < s->m; j++) {
-            a[i * s->m + j] = m->value[s->matrix[i * s->m + j]];
-            q->flags |= m->flags[s->matrix[i * s->m + j]];
+        for (int k = s->matrix.start[i]; k < s->matrix.start[i + 1]; k++) {
+            a[i * s->m + s->matrix.column[k]] = m->value[s->matrix.entry[k]];
+            q->flags |= m->flags[s->matrix.entry[k]];
         }
     }
     if (!(q->flags & NUM_MODP_BAD) && !num_modp_solve(m, a, q->y, s->m))

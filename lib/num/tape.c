@@ -27,6 +27,7 @@ struct builder {
     unsigned char *live;  /* by node: depends on no input, on time alone, on others */
     int *solve;           /* by linear solve: its index in the tape; -1: none yet */
     int time;             /* the input that is time, or -1 */
+    int zero;             /* the slot of the 0 that linear solves read where their matrix has none; -1: none yet */
     int *sine, *cosine;   /* by node: its sine and cosine among the cone, or 0 */
     const struct num_switches *switches;   /* NULL: none */
     struct sga_error *err;
@@ -80,6 +81,8 @@ static void survey(struct builder *b)
         const struct expr_node *n = st->node + e;
         if (n->op == EXPR_CONST || n->op == EXPR_PI)
             b->slot[e] = t->code_slot++;
+        if (n->op == EXPR_SOLVE && b->zero < 0)
+            b->zero = t->code_slot++;
         switch_of(b, e);
         b->live[e] = n->op != EXPR_SYM ? STATIC : b->time >= 0 && (b->slot[e] == b->time || b->slot[e] < 0) ? TIMED : LIVE;
         int children = expr_children(st, e);
@@ -125,9 +128,12 @@ static int emit_solve(struct builder *b, int index)
     q->y = sga_calloc(m, sizeof *q->y);
     q->work = sga_calloc(m, sizeof *q->work);
     for (size_t i = 0; i < m * m; i++)
-        q->matrix[i] = b->slot[s->matrix[i]];
-    for (size_t i = 0; i < m; i++)
+        q->matrix[i] = b->zero;
+    for (size_t i = 0; i < m; i++) {
+        for (int k = s->matrix.start[i]; k < s->matrix.start[i + 1]; k++)
+            q->matrix[i * m + (size_t)s->matrix.column[k]] = b->slot[s->matrix.entry[k]];
         q->rhs[i] = b->slot[s->rhs[i]];
+    }
     q->factored = same_matrix(t, q);
     q->perm = q->factored < 0 ? sga_malloc(m * sizeof *q->perm) : t->solve[q->factored].perm;
     q->lu = q->factored < 0 ? sga_calloc(m * m, sizeof *q->lu) : t->solve[q->factored].lu;
@@ -306,7 +312,7 @@ struct num_tape *num_tape_new_switched(const struct expr_store *st, const struct
                                        const int *inputs, int ninputs, struct sga_error *err)
 {
     struct num_tape *t = sga_calloc(1, sizeof *t);
-    SGA_ENDS(builder_clear) struct builder b = { .st = st, .t = t, .switches = w, .err = err };
+    SGA_ENDS(builder_clear) struct builder b = { .st = st, .t = t, .zero = -1, .switches = w, .err = err };
     t->ninputs = ninputs;
     t->nroots = t->first_roots = nroots;
     builder_init(&b);

@@ -27,7 +27,7 @@ static const double NOTHING = 1e-10;
 struct block {
     int m, n;             /* rows, columns that occur */
     int *col;             /* their numbers */
-    expr_id *at;          /* m x n, EXPR_UNDEF for 0 */
+    struct expr_rows at;  /* m x n */
     int rank;
     int *rows, *cols;     /* the chosen ones (block numbering) */
     unsigned char *row_used, *col_used;
@@ -48,10 +48,19 @@ static void gather(struct block *b, const struct echelon *e, const struct ech_ro
                 b->col[b->n++] = j;
             }
         }
-    b->at = sga_calloc((size_t)m * (size_t)b->n, sizeof *b->at);
+    int entries = 0;
     for (int i = 0; i < m; i++)
-        for (int k = 0; k < row[index[i]].entries; k++)
-            b->at[(size_t)i * (size_t)b->n + (size_t)place[row[index[i]].entry[k].col]] = row[index[i]].entry[k].value;
+        entries += row[index[i]].entries;
+    b->at = expr_rows_new(m, entries);
+    entries = 0;
+    for (int i = 0; i < m; i++) {
+        for (int k = 0; k < row[index[i]].entries; k++) {
+            b->at.column[entries] = place[row[index[i]].entry[k].col];
+            b->at.entry[entries++] = row[index[i]].entry[k].value;
+        }
+        b->at.start[i + 1] = entries;
+    }
+    expr_rows_sort(&b->at, m, b->n);
     b->rows = sga_malloc((size_t)m * sizeof *b->rows);
     b->cols = sga_malloc((size_t)m * sizeof *b->cols);
     b->row_used = sga_calloc((size_t)m, 1);
@@ -96,8 +105,12 @@ static struct lin_sparse *pivots_of(struct block *b, const struct lin_sparse *B)
 static bool choose_sparse(struct block *b, const struct ech_context *c, int least)
 {
     struct num_ball_matrix v;
-    bool ok = num_ball_matrix_init(&v, &c->oracle->real[0].ball, b->m, b->n, b->n, b->at);
-    if (ok) {
+    bool ok = num_ball_matrix_init(&v, &c->oracle->real[0].ball, b->m, b->n, &b->at);
+    if (ok && b->m == b->n && num_least_singular(v.B, c->budget) > v.error * (1 + 1e-9)) {
+        b->rank = b->m;
+        for (int k = 0; k < b->rank; k++)
+            b->rows[k] = b->cols[k] = k;
+    } else if (ok) {
         struct lin_sparse *S = pivots_of(b, v.B);
         ok = S->rows >= least && num_least_singular(S, c->budget) > v.error * (1 + 1e-9);
         b->rank = ok ? S->rows : 0;
@@ -122,9 +135,9 @@ static bool choose(struct block *b, const struct ech_context *c, int least)
     SGA_ARENA(mem);
     arb_ptr v = arbs_take(&mem, (slong)size);
     SGA_ENDS(arb_end) arb_t f = { 0 };
-    for (size_t i = 0; i < size; i++)
-        if (b->at[i])
-            arb_set(v + i, num_ball_value(ball, b->at[i]));
+    for (int i = 0; i < b->m; i++)
+        for (int k = b->at.start[i]; k < b->at.start[i + 1]; k++)
+            arb_set(v + (size_t)i * (size_t)b->n + (size_t)b->at.column[k], num_ball_value(ball, b->at.entry[k]));
     while ((ok = sga_budget_ok(c->budget, c->err))) {
         int p = -1, q = -1;
         for (int i = 0; i < b->m; i++)
@@ -156,31 +169,89 @@ static bool choose(struct block *b, const struct ech_context *c, int least)
     return ok;
 }
 
-/* S^-1 times a column (block column j, or the right sides for j < 0): a solve's index, or
- * -1 where the column is zero. */
-static int solve_for(struct block *b, const struct ech_context *c, const expr_id *S, const struct ech_row *row,
-                     const int *index, int j)
+/* Of a block whose pivots are chosen. */
+struct chosen {
+    struct expr_rows S;            /* rank x rank, in the order of the pivots */
+    struct expr_rows column;       /* the transposed block */
+    int *row_place, *col_place;    /* by row and column of the block: which pivot, or -1 */
+    struct ech_op *part; int parts;   /* of a row: its entries in chosen columns, in the order of the pivots */
+    int *solve;                    /* by column of the block, then the right sides: S^-1 times them, or -1 where they are 0 */
+};
+
+static void parts_of(struct chosen *w, const struct block *b, int i)
+{
+    w->parts = 0;
+    for (int k = b->at.start[i]; k < b->at.start[i + 1]; k++) {
+        int place = w->col_place[b->at.column[k]], q = w->parts;
+        if (place < 0)
+            continue;
+        for (; q > 0 && w->part[q - 1].pivot > place; q--)
+            w->part[q] = w->part[q - 1];
+        w->part[q] = (struct ech_op){ place, b->at.entry[k] };
+        w->parts++;
+    }
+}
+
+static void chosen_init(struct chosen *w, const struct block *b)
+{
+    int entries = 0;
+    *w = (struct chosen){ .column = expr_rows_transposed(&b->at, b->m, b->n) };
+    w->row_place = sga_malloc(((size_t)b->m + 1) * sizeof *w->row_place);
+    w->col_place = sga_malloc(((size_t)b->n + 1) * sizeof *w->col_place);
+    w->part = sga_malloc(((size_t)b->rank + 1) * sizeof *w->part);
+    w->solve = sga_malloc(((size_t)b->n + 1) * sizeof *w->solve);
+    memset(w->row_place, -1, (size_t)b->m * sizeof *w->row_place);
+    memset(w->col_place, -1, (size_t)b->n * sizeof *w->col_place);
+    for (int k = 0; k < b->rank; k++) {
+        w->row_place[b->rows[k]] = w->col_place[b->cols[k]] = k;
+        entries += b->at.start[b->rows[k] + 1] - b->at.start[b->rows[k]];
+    }
+    w->S = expr_rows_new(b->rank, entries);
+    entries = 0;
+    for (int i = 0; i < b->rank; i++) {
+        parts_of(w, b, b->rows[i]);
+        for (int q = 0; q < w->parts; q++) {
+            w->S.column[entries] = w->part[q].pivot;
+            w->S.entry[entries++] = w->part[q].factor;
+        }
+        w->S.start[i + 1] = entries;
+    }
+}
+
+static void chosen_clear(struct chosen *w)
+{
+    expr_rows_clear(&w->S);
+    expr_rows_clear(&w->column);
+    free(w->row_place);
+    free(w->col_place);
+    free(w->part);
+    free(w->solve);
+}
+
+/* S^-1 times a column (block column j, or the right sides for j = n): a solve's index, or -1 where the column is 0. */
+static int solve_for(const struct block *b, const struct chosen *w, const struct ech_context *c, const struct ech_row *row, const int *index, int j)
 {
     SGA_FREED expr_id *r = sga_malloc((size_t)b->rank * sizeof *r);
     bool any = false;
     assert(b->rank > 0 && b->rank <= b->m && b->rank <= b->n);
     for (int k = 0; k < b->rank; k++) {
-        expr_id v = j < 0 ? row[index[b->rows[k]]].rhs : b->at[(size_t)b->rows[k] * (size_t)b->n + (size_t)j];
+        expr_id v = j < b->n ? EXPR_UNDEF : row[index[b->rows[k]]].rhs;
         r[k] = v ? v : expr_int(c->st, 0);
-        any |= !expr_is_zero(c->st, r[k]);
     }
-    return any ? expr_solve_add(c->st, b->rank, S, r) : -1;
+    for (int q = j < b->n ? w->column.start[j] : 0; j < b->n && q < w->column.start[j + 1]; q++)
+        if (w->row_place[w->column.column[q]] >= 0)
+            r[w->row_place[w->column.column[q]]] = w->column.entry[q];
+    for (int k = 0; k < b->rank; k++)
+        any |= !expr_is_zero(c->st, r[k]);
+    return any ? expr_solve_add_rows(c->st, b->rank, &w->S, r) : -1;
 }
 
-/* value - sum over the chosen columns of E[i, B] times the solution */
-static expr_id left_over(struct block *b, const struct ech_context *c, int i, expr_id value, int solve)
+/* value - sum over the chosen columns of the row's entries times the solution */
+static expr_id left_over(const struct chosen *w, const struct ech_context *c, expr_id value, int solve)
 {
     expr_id x = value ? value : expr_int(c->st, 0);
-    for (int k = 0; k < b->rank && solve >= 0; k++) {
-        expr_id a = b->at[(size_t)i * (size_t)b->n + (size_t)b->cols[k]];
-        if (a)
-            x = expr_sub(c->st, x, expr_mul(c->st, a, expr_solution(c->st, solve, k)));
-    }
+    for (int k = 0; k < w->parts && solve >= 0; k++)
+        x = expr_sub(c->st, x, expr_mul(c->st, w->part[k].factor, expr_solution(c->st, solve, w->part[k].pivot)));
     return x;
 }
 
@@ -188,38 +259,30 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
                     const int *index, int generation)
 {
     int r = b->rank, first = e->pivots;
-    SGA_FREED int *solve = sga_malloc((size_t)(b->n + 1) * sizeof *solve);
-    expr_id *S = sga_malloc((size_t)r * (size_t)r * sizeof *S), zero = expr_int(c->st, 0);
-    for (int i = 0; i < r; i++)
-        for (int k = 0; k < r; k++) {
-            expr_id v = b->at[(size_t)b->rows[i] * (size_t)b->n + (size_t)b->cols[k]];
-            S[(size_t)i * (size_t)r + (size_t)k] = v ? v : zero;
-        }
-    for (int j = 0; j < b->n; j++)
-        solve[j] = b->col_used[j] ? -1 : solve_for(b, c, S, row, index, j);
-    solve[b->n] = solve_for(b, c, S, row, index, -1);
+    SGA_ENDS(chosen_clear) struct chosen w;
+    chosen_init(&w, b);
+    for (int j = 0; j <= b->n; j++)
+        w.solve[j] = j < b->n && b->col_used[j] ? -1 : solve_for(b, &w, c, row, index, j);
     bool ok = true;
     for (int i = 0; i < b->m && ok; i++) {          /* the dependent rows first: they need the old entries */
         if (b->row_used[i])
             continue;
         struct ech_row *t = row + index[i];
         t->entries = 0;
+        parts_of(&w, b, i);
         for (int j = 0; j < b->n && ok; j++) {
             if (b->col_used[j])
                 continue;
-            expr_id v = left_over(b, c, i, b->at[(size_t)i * (size_t)b->n + (size_t)j], solve[j]);
+            expr_id v = left_over(&w, c, expr_rows_at(&b->at, i, j), w.solve[j]);
             int z = ech_zero(c, v);
             ok = z >= 0 && sga_budget_ok(c->budget, c->err);
             if (z == 0)
                 ech_row_push(t, b->col[j], v);
         }
-        t->rhs = left_over(b, c, i, t->rhs, solve[b->n]);
-        for (int k = 0; k < r && c->record; k++) {
-            expr_id v = b->at[(size_t)i * (size_t)b->n + (size_t)b->cols[k]];
-            if (!v)
-                continue;
+        t->rhs = left_over(&w, c, t->rhs, w.solve[b->n]);
+        for (int k = 0; k < w.parts && c->record; k++) {
             SGA_RESERVE(t->op, t->op_cap, t->ops + 1);
-            t->op[t->ops++] = (struct ech_op){ first + k, v };
+            t->op[t->ops++] = (struct ech_op){ first + w.part[k].pivot, w.part[k].factor };
         }
     }
     for (int k = 0; k < r && ok; k++) {
@@ -227,19 +290,19 @@ static bool rewrite(struct block *b, struct echelon *e, const struct ech_context
         t->entries = 0;
         ech_row_push(t, b->col[b->cols[k]], expr_int(c->st, 1));
         for (int j = 0; j < b->n; j++)
-            if (solve[j] >= 0)
-                ech_row_push(t, b->col[j], expr_solution(c->st, solve[j], k));
-        t->rhs = solve[b->n] >= 0 ? expr_solution(c->st, solve[b->n], k) : expr_int(c->st, 0);
+            if (w.solve[j] >= 0)
+                ech_row_push(t, b->col[j], expr_solution(c->st, w.solve[j], k));
+        t->rhs = w.solve[b->n] >= 0 ? expr_solution(c->st, w.solve[b->n], k) : expr_int(c->st, 0);
         SGA_RESERVE(e->pivot, e->pivot_cap, e->pivots + 1);
         e->pivot_of[b->col[b->cols[k]]] = e->pivots;
         e->pivot[e->pivots++] = (struct ech_pivot){ b->col[b->cols[k]], expr_int(c->st, 1), generation, *t };
         *t = (struct ech_row){ 0 };
     }
-    SGA_RESERVE(e->block, e->block_cap, e->blocks + 1);
-    if (r)
-        e->block[e->blocks++] = (struct ech_dense){ first, r, S };
-    else
-        free(S);
+    if (r) {
+        SGA_RESERVE(e->block, e->block_cap, e->blocks + 1);
+        e->block[e->blocks++] = (struct ech_dense){ first, r, w.S };
+        w.S = (struct expr_rows){ 0 };
+    }
     return ok;
 }
 
@@ -249,7 +312,7 @@ bool ech_block(struct echelon *e, const struct ech_context *c, struct ech_row *r
     gather(&b, e, row, index, rows);
     bool ok = choose(&b, c, 1) && rewrite(&b, e, c, row, index, generation);
     free(b.col);
-    free(b.at);
+    expr_rows_clear(&b.at);
     free(b.rows);
     free(b.cols);
     free(b.row_used);
@@ -268,14 +331,23 @@ expr_id ech_block_test(struct expr_store *st, const struct ech_dense *block, int
 {
     int r = block->size, n = r + 1;
     uint64_t random = SGA_SEED_BLOCK;
-    SGA_ARENA(mem);
-    expr_id *T = sga_take(&mem, (size_t)n * (size_t)n * sizeof *T), *w = sga_take(&mem, (size_t)n * sizeof *w);
+    const struct expr_rows *S = &block->matrix;
+    SGA_ENDS(expr_rows_clear) struct expr_rows T = expr_rows_new(n, S->start[r] + 2 * r);
+    SGA_FREED expr_id *w = sga_malloc((size_t)n * sizeof *w);
+    int count = 0;
     for (int i = 0; i < n; i++) {
-        for (int k = 0; k < n; k++)
-            T[(size_t)i * (size_t)n + (size_t)k] = i < r && k < r ? block->matrix[(size_t)i * (size_t)r + (size_t)k] : i < r || k < r ? border(st, &random) : expr_int(st, 0);
+        for (int k = i < r ? S->start[i] : 0; k < (i < r ? S->start[i + 1] : r); k++) {
+            T.column[count] = i < r ? S->column[k] : k;
+            T.entry[count++] = i < r ? S->entry[k] : border(st, &random);
+        }
+        if (i < r) {
+            T.column[count] = r;
+            T.entry[count++] = border(st, &random);
+        }
+        T.start[i + 1] = count;
         w[i] = expr_int(st, i == r);
     }
-    *solve = expr_solve_add(st, n, T, w);
+    *solve = expr_solve_add_rows(st, n, &T, w);
     return expr_solution(st, *solve, r);
 }
 

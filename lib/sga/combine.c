@@ -30,14 +30,11 @@ static void through_block(struct state *s, const struct ech_dense *b, expr_id *w
         any |= weight[b->first + k] != EXPR_UNDEF;
     if (!any)
         return;
-    SGA_ARENA(mem);
-    expr_id *T = sga_take(&mem, (size_t)r * (size_t)r * sizeof *T), *w = sga_take(&mem, (size_t)r * sizeof *w);
-    for (int i = 0; i < r; i++)
-        for (int k = 0; k < r; k++)
-            T[k * r + i] = b->matrix[i * r + k];
+    SGA_ENDS(expr_rows_clear) struct expr_rows T = expr_rows_transposed(&b->matrix, r, r);
+    SGA_FREED expr_id *w = sga_malloc((size_t)r * sizeof *w);
     for (int k = 0; k < r; k++)
         w[k] = weight[b->first + k] ? weight[b->first + k] : expr_int(s->st, 0);
-    int solve = expr_solve_add(s->st, r, T, w);
+    int solve = expr_solve_add_rows(s->st, r, &T, w);
     for (int k = 0; k < r; k++)
         weight[b->first + k] = expr_solution(s->st, solve, k);
 }

@@ -5,6 +5,11 @@
 #include "definition.h"
 #include "facts.h"
 
+struct definition_reach {
+    int *seen;                     /* by definition: in this turn */
+    int *stack, depth;             /* those that were met and are to be looked at */
+};
+
 struct definition_search {
     struct sga_arena mem;          /* of all vectors below */
     const struct sys_system *sys;
@@ -25,7 +30,10 @@ struct definition_search {
     /* where all are asked for, values stay as their rows have them until the end: */
     int *by;                       /* by variable: the definition that it has, or -1 */
     int *first, *variable;         /* the variables of row i are variable[first[i] .. first[i + 1]) */
-    int *seen, turn, *stack;       /* by definition: in this turn; of definitions */
+    int *meet, *row;               /* the rows of variable j are row[meet[j] .. meet[j + 1]) */
+    int *defines;                  /* by row: the definition that it is, or -1 */
+    int turn;
+    struct definition_reach down, up;   /* to what a definition uses, and to those that use it */
 };
 
 /* The variable that the row, with what is put in so far, defines, if one: of several the one that the fewest other equations without

@@ -40,7 +40,7 @@ void ech_clear(struct echelon *e)
     for (int i = 0; i < e->pivots; i++)
         ech_row_clear(&e->pivot[i].row);
     for (int i = 0; i < e->blocks; i++)
-        free(e->block[i].matrix);
+        expr_rows_clear(&e->block[i].matrix);
     free(e->block);
     free(e->pivot);
     free(e->pivot_of);

@@ -32,7 +32,7 @@ struct ech_pivot {
 /* A dense block: its pivot rows are S^-1 times the rows that they came from. */
 struct ech_dense {
     int first, size;       /* of its pivots */
-    expr_id *matrix;       /* S, size x size, by rows, in the order of the pivots */
+    struct expr_rows matrix;   /* S, size x size, in the order of the pivots */
 };
 
 struct echelon {

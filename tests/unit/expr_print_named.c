@@ -23,7 +23,7 @@ static void solve(const struct expr_solve *s, const double *v, double *y)
     double a[8][9];
     for (int i = 0; i < m; i++) {
         for (int j = 0; j < m; j++)
-            a[i][j] = v[s->matrix[i * m + j]];
+            a[i][j] = expr_rows_at(&s->matrix, i, j) ? v[expr_rows_at(&s->matrix, i, j)] : 0;
         a[i][m] = v[s->rhs[i]];
     }
     for (int k = 0; k < m; k++) {

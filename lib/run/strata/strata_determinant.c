@@ -37,7 +37,12 @@ static expr_id written_out(struct job *j, const struct sga_determinant *d)
         for (int k = 0; k < r; k++) {
             if (!(s >> k & 1))
                 continue;
-            expr_id t = expr_mul(st, st->solve[d->solve].matrix[(size_t)row * (size_t)(r + 1) + (size_t)k], minor[s & ~((uint32_t)1 << k)]);
+            expr_id a = expr_rows_at(&st->solve[d->solve].matrix, row, k);
+            if (a == EXPR_UNDEF) {
+                sign--;
+                continue;
+            }
+            expr_id t = expr_mul(st, a, minor[s & ~((uint32_t)1 << k)]);
             sum = sign-- & 1 ? expr_sub(st, sum, t) : expr_add(st, sum, t);
         }
         minor[s] = sum;

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "facts.h"
 #include "mem.h"
 #include "poly.h"
@@ -148,11 +149,11 @@ static void eliminate(struct expr_store *st, int m, expr_id *S, expr_id *r)
 /* A linear solve of the store, which may be there already: that of another trajectory of a sweep. */
 static int solve_of(struct expr_store *st, int m, const expr_id *S, const expr_id *r)
 {
+    SGA_ENDS(expr_rows_clear) struct expr_rows rows = expr_rows_of(m, m, S, expr_int(st, 0));
     for (int i = 0; i < st->solves; i++)
-        if (st->solve[i].m == m && !memcmp(st->solve[i].rhs, r, (size_t)m * sizeof *r)
-            && !memcmp(st->solve[i].matrix, S, (size_t)m * (size_t)m * sizeof *S))
+        if (st->solve[i].m == m && !memcmp(st->solve[i].rhs, r, (size_t)m * sizeof *r) && expr_rows_same(&st->solve[i].matrix, &rows, m))
             return i;
-    return expr_solve_add(st, m, S, r);
+    return expr_solve_add_rows(st, m, &rows, r);
 }
 
 static void solve(struct expr_store *st, int m, expr_id *S, expr_id *r)

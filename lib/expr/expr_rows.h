@@ -1,0 +1,34 @@
+/* Matrices of expressions by compressed rows: most entries of a large one are 0. */
+#ifndef SGA_EXPR_ROWS_H
+#define SGA_EXPR_ROWS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef int32_t expr_id;
+#define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
+
+/* Row i has the columns column[k], ascending, and entries entry[k] for start[i] <= k < start[i + 1]; what is not there is 0. Owned. */
+struct expr_rows {
+    int *start, *column;
+    expr_id *entry;
+};
+
+#define EXPR_NONE ((expr_id)-1)     /* no node */
+
+/* Room for so many entries in so many rows; start is 0. */
+struct expr_rows expr_rows_new(int rows, int entries);
+/* Of rows x cols by rows: what is not `zero`. */
+struct expr_rows expr_rows_of(int rows, int cols, const expr_id *dense, expr_id zero);
+/* Without the entries `zero`. */
+struct expr_rows expr_rows_copy(const struct expr_rows *a, int rows, expr_id zero);
+/* cols x rows. The columns of a row of a need not ascend: those of the result do. */
+struct expr_rows expr_rows_transposed(const struct expr_rows *a, int rows, int cols);
+/* Puts the columns of each row in ascending order. */
+void expr_rows_sort(struct expr_rows *a, int rows, int cols);
+bool expr_rows_same(const struct expr_rows *a, const struct expr_rows *b, int rows);
+/* EXPR_UNDEF: not there. Cost: log2 of the row's length. */
+expr_id expr_rows_at(const struct expr_rows *a, int row, int col);
+void expr_rows_clear(struct expr_rows *a);
+
+#endif
