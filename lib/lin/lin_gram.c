@@ -92,10 +92,11 @@ static void list_products(struct lin_gram *s, const struct lin_sparse *J, const 
 }
 
 /* The columns of row k of L: from each column of J J^T up the elimination tree. Calls with `row`
- * NULL count. */
-static void find_rows(struct lin_gram *s, int *parent, int *seen, int *fill, int *row)
+ * NULL count; the result is how many there are, or more than `most`, of which no more are looked for. */
+static double find_rows(struct lin_gram *s, int *parent, int *seen, int *fill, int *row, double most)
 {
-    for (int k = 0; k < s->c; k++) {
+    double all = 0;
+    for (int k = 0; k < s->c && all <= most; k++) {
         parent[k] = -1;
         seen[k] = k;
         for (int p = s->from[k]; p < s->from[k + 1]; p++)
@@ -106,8 +107,10 @@ static void find_rows(struct lin_gram *s, int *parent, int *seen, int *fill, int
                     row[s->column[i] + fill[i]] = k;
                 fill[i]++;
                 seen[i] = k;
+                all++;
             }
     }
+    return all;
 }
 
 static bool find_pattern(struct lin_gram *s, double most)
@@ -116,10 +119,7 @@ static bool find_pattern(struct lin_gram *s, double most)
     SGA_ARENA(mem);
     int *parent = sga_take(&mem, c * sizeof *parent), *seen = sga_take(&mem, c * sizeof *seen), *fill = sga_zeros(&mem, c, sizeof *fill);
     memset(seen, -1, c * sizeof *seen);
-    find_rows(s, parent, seen, fill, NULL);
-    double all = 0;
-    for (int i = 0; i < s->c; i++)
-        all += fill[i];
+    double all = find_rows(s, parent, seen, fill, NULL, most);
     bool ok = all <= most;
     if (ok) {
         size_t nz = (size_t)all + 1;
@@ -130,7 +130,7 @@ static bool find_pattern(struct lin_gram *s, double most)
         s->place = sga_take(&s->mem, nz * sizeof *s->place);
         memset(seen, -1, c * sizeof *seen);
         memset(fill, 0, c * sizeof *fill);
-        find_rows(s, parent, seen, fill, s->row);
+        find_rows(s, parent, seen, fill, s->row, all);
         for (int i = 0; i < s->c; i++)
             for (int q = s->column[i]; q < s->column[i + 1]; q++)
                 s->left[s->row[q] + 1]++;
