@@ -34,6 +34,7 @@
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -98,6 +99,15 @@ static bool start_tokens(struct service *sv, char *why, size_t size)
             && (jobs_chore(sv->jobs, read_tokens, sv->tokens), true));
 }
 
+/* Where long texts are while they are sent, in files without names: the state's folder, or where there is none that of temporary files. */
+static const char *spool_place(const struct config *config)
+{
+    const char *temporary = getenv("TMPDIR");
+    if (!config->store)
+        return config->state;
+    return temporary && *temporary ? temporary : "/var/tmp";
+}
+
 static bool start(struct parts *p, char *why, size_t size)
 {
     struct service *sv = &p->service;
@@ -108,7 +118,7 @@ static bool start(struct parts *p, char *why, size_t size)
         && (p->http = http_open(sv, why, size)) && (inherit_ready(), true)
         && (sv->store = sv->config->store ? postgres_open(sv->config->store, sga_version(), sv->metrics, why, size)
                                          : store_open(sv->config->state, inherited() ? (double)sv->config->grace + TAKE_OVER_SECONDS : 0, sv->metrics, why, size))
-        && (spool_folder(sv->config->store ? NULL : sv->config->state), true)
+        && (spool_folder(spool_place(sv->config)), true)
         && (store_limit(sv->store, &sv->config->cache_disk), true)
         && (sv->jobs = jobs_new(sv->config, sv->store, sv->memory_cache, sv->metrics, hooks))
         && (sv->everyone = jobs_account(sv->jobs, "", &(struct quota){ 0 }))

@@ -61,6 +61,14 @@ static bool evict(struct pg *p, PGconn *c)
     return ok;
 }
 
+/* Pieces of runs that were fenced, or whose daemon died before it told their end. */
+static bool sweep(struct pg *p, PGconn *c)
+{
+    return p->schema < PG_SCHEMA_PIECES
+        || command(c, "DELETE FROM pieces WHERE (id, epoch) IN (SELECT id, epoch FROM pieces p WHERE n = 1 AND made < clock_timestamp() - interval '1 hour'"
+                      " AND NOT EXISTS(SELECT 1 FROM results r WHERE r.id = p.id AND r.pieces = p.epoch))");
+}
+
 /* Until the connection is lost or the store closes. */
 static void keep(struct pg *p, PGconn *c)
 {
@@ -83,7 +91,7 @@ static void keep(struct pg *p, PGconn *c)
         if (ok && !atomic_load(&p->healthy) && atomic_exchange(&p->looking, false) && writes(c))
             atomic_store(&p->healthy, true);
         if (ok && sga_now() > evict_at) {
-            ok = evict(p, c);
+            ok = evict(p, c) && sweep(p, c);
             evict_at = sga_now() + EVICT;
         }
     }

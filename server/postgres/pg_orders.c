@@ -3,6 +3,7 @@
 #include "budget.h"
 #include "log.h"
 #include "metrics.h"
+#include "spool.h"
 
 #include <assert.h>
 #include <stdio.h>
@@ -126,15 +127,20 @@ static enum store_kept end(struct pg *p, struct pg_order *o)
     struct pg_args a = { 0 };
     unsigned char sum[DIGEST_BYTES];
     char verdict[sizeof o->row.verdict];
+    struct slice first = pg_pieces_first(p, o->text);
+    bool pieces = p->schema >= PG_SCHEMA_PIECES;
     int64_t how = 0;
+    int count = 0;
     verdict_of(o->text, verdict, sizeof verdict);
+    if (o->text.at && !pg_pieces_put(p, o->row.id, o->row.epoch, o->text, sum, &count))
+        return STORE_LOST;
     pg_text(&a, o->row.id), pg_number(&a, o->row.epoch), pg_number(&a, o->row.status), pg_number(&a, o->row.started), pg_number(&a, o->row.finished);
-    pg_text(&a, o->row.error), pg_text(&a, verdict), pg_text(&a, p->version), pg_bytes(&a, o->text);
-    if (o->text.at)
-        pg_sum(&a, sum, o->row.id, o->text);
-    else
-        pg_bytes(&a, o->text);
-    return number(p, "SELECT end_1($1,$2,$3,$4,$5,$6,$7,$8,$9,$10)", &a, o->text.len > 1 << 20 ? RESULT_SECONDS : SECONDS, &how) ? (enum store_kept)how : STORE_LOST;
+    pg_text(&a, o->row.error), pg_text(&a, verdict), pg_text(&a, p->version), pg_bytes(&a, first);
+    pg_bytes(&a, (struct slice){ o->text.at ? (const char *)sum : NULL, o->text.at ? DIGEST_BYTES : 0 });
+    if (pieces)
+        pg_number(&a, (int64_t)o->text.len), pg_number(&a, count);
+    return number(p, pieces ? "SELECT end_2($1,$2,$3,$4,$5,$6,$7,$8,$9,$10,$11,$12)" : "SELECT end_1($1,$2,$3,$4,$5,$6,$7,$8,$9,$10)", &a,
+                  first.len > SPOOL_LONG ? RESULT_SECONDS : SECONDS, &how) ? (enum store_kept)how : STORE_LOST;
 }
 
 static enum store_kept release(struct pg *p, struct pg_order *o)

@@ -8,7 +8,7 @@
 
 #include "store_ops.h"
 
-enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_TOUCHED = 256, PG_SCHEMA = 2, PG_SCHEMA_LEAST = 1 };
+enum { PG_POOL = 8, PG_HANDS = 3, PG_ARGS = 24, PG_TOUCHED = 256, PG_SCHEMA = 3, PG_SCHEMA_LEAST = 1, PG_SCHEMA_PIECES = 3 };
 
 enum pg_kind { PG_SUBMIT, PG_END, PG_RELEASE, PG_CANCEL, PG_JOIN, PG_NOTE, PG_WITHDRAW, PG_FORGET, PG_PRUNE, PG_TOUCH, PG_BARRIER };
 
@@ -63,7 +63,7 @@ static inline struct pg *pg_of(struct store *face) { return (struct pg *)face; }
 /* -- pg_conn.c -- */
 
 /* Statements of which a reader waits for an answer: parsed and planned once on each connection. */
-enum pg_known { PG_NOT_KNOWN, PG_KNOWN_ROW, PG_KNOWN_RESULT, PG_KNOWN_REQUEST, PG_KNOWN_TOUCH };
+enum pg_known { PG_NOT_KNOWN, PG_KNOWN_ROW, PG_KNOWN_RESULT, PG_KNOWN_REQUEST, PG_KNOWN_TOUCH, PG_KNOWN_PIECE };
 
 struct pg_args {
     enum pg_known known;             /* which one it is: always with the same text */
@@ -124,6 +124,14 @@ enum store_answer pg_result(struct store *face, const char *id, char **text, siz
 bool pg_owners(struct store *face, const char *id, void (*each)(void *ctx, const char *owner), void *ctx);
 enum store_answer pg_owned(struct store *face, const char *id, const char *owner);
 enum store_answer pg_list(struct store *face, const struct store_query *q, struct store_page *page);
+
+/* -- pg_pieces.c -- */
+/* What of a result stands in its row: all of it, or of a long one the first piece, where the schema has pieces. */
+struct slice pg_pieces_first(const struct pg *p, struct slice text);
+/* The others of a run's result, *count of them, and the sum of all of it. What was written is no longer in memory. False: they are not all there. */
+bool pg_pieces_put(struct pg *p, const char *id, int64_t epoch, struct slice text, unsigned char sum[DIGEST_BYTES], int *count);
+/* They are read to `at`, so many bytes, and added to the sum. STORE_NONE: they are not what the row says, as where it was replaced meanwhile. */
+enum store_answer pg_pieces_get(struct pg *p, const char *id, int64_t epoch, struct digest_run *d, char *at, size_t left);
 
 /* -- pg_schema.c -- */
 /* The schema of the database; 0: none, -1: that cannot be read. */

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { TRIES = 2 };
 static const double SECONDS = 5, RESULT_SECONDS = 60;
 
 bool pg_read_row(const PGresult *r, int line, struct job_row *row)
@@ -61,40 +62,68 @@ enum store_answer pg_look_at(struct store *face, const char *id, struct job_row 
     return answer;
 }
 
-/* A text with its digest, both as bytes. */
+/* What a row says of a text: the text or its first piece, its sum, how long all of it is, and whose pieces follow. */
+enum { TEXT, SUM, LENGTH, PIECES };
+#define WHOLE ", '', '0'"
+
+/* The text is of spool_new, or of malloc where it is a request. STORE_NONE: there is none, or it was replaced while it was read. */
+static enum store_answer copy_text(struct store *face, const PGresult *r, const char *what, const char *id, bool spooled, char **text, size_t *length)
+{
+    unsigned char sum[DIGEST_BYTES];
+    struct digest_run d;
+    size_t first = (size_t)PQgetlength(r, 0, TEXT);
+    int64_t epoch = strtoll(PQgetvalue(r, 0, PIECES), NULL, 10);
+    *length = epoch ? strtoull(PQgetvalue(r, 0, LENGTH), NULL, 10) : first;
+    *text = *length < first ? NULL : spooled ? spool_new(*length) : malloc(*length + 1);
+    if (!*text)
+        return STORE_BROKEN;
+    memcpy(*text, PQgetvalue(r, 0, TEXT), first);
+    (*text)[*length] = 0;
+    digest_begin(&d, id);
+    digest_add(&d, *text, first);
+    enum store_answer answer = epoch ? pg_pieces_get(pg_of(face), id, epoch, &d, *text + first, *length - first) : STORE_FOUND;
+    digest_end(&d, sum);
+    if (answer == STORE_FOUND && (PQgetlength(r, 0, SUM) != DIGEST_BYTES || memcmp(sum, PQgetvalue(r, 0, SUM), DIGEST_BYTES) != 0)) {
+        log_event(LOG_L_ERROR, what, "job", id, "reason", "it is not what was written", NULL);
+        answer = STORE_BROKEN;
+    }
+    if (answer != STORE_FOUND) {
+        if (spooled)
+            spool_free(*text);
+        else
+            free(*text);
+        *text = NULL;
+    }
+    return answer;
+}
+
+/* One that was replaced while it was read is there again. */
 static enum store_answer text_of(struct store *face, enum pg_known known, const char *sql, const char *what, const char *id, char **text, size_t *length)
 {
-    struct pg_args a = { .known = known };
-    unsigned char sum[DIGEST_BYTES];
-    pg_text(&a, id);
-    PGresult *r = pg_ask(pg_of(face), sql, &a, true, RESULT_SECONDS);
-    enum store_answer answer = !r ? STORE_BROKEN : PQntuples(r) == 0 ? STORE_NONE : STORE_FOUND;
-    if (answer == STORE_FOUND) {
-        *length = (size_t)PQgetlength(r, 0, 0);
-        digest_kept(sum, id, PQgetvalue(r, 0, 0), *length);
-        if (PQgetlength(r, 0, 1) != DIGEST_BYTES || memcmp(sum, PQgetvalue(r, 0, 1), DIGEST_BYTES) != 0) {
-            log_event(LOG_L_ERROR, what, "job", id, "reason", "it is not what was written", NULL);
-            answer = STORE_BROKEN;
-        } else if (!(*text = known == PG_KNOWN_RESULT ? spool_new(*length) : malloc(*length + 1))) {
-            answer = STORE_BROKEN;
-        } else {
-            memcpy(*text, PQgetvalue(r, 0, 0), *length);
-            (*text)[*length] = 0;
-        }
+    enum store_answer answer = STORE_NONE;
+    bool there = true;
+    for (int try = 0; try < TRIES && there && answer == STORE_NONE; try++) {
+        struct pg_args a = { .known = known };
+        pg_text(&a, id);
+        PGresult *r = pg_ask(pg_of(face), sql, &a, true, RESULT_SECONDS);
+        there = r && PQntuples(r) == 1;
+        answer = !r ? STORE_BROKEN : there ? copy_text(face, r, what, id, known == PG_KNOWN_RESULT, text, length) : STORE_NONE;
+        PQclear(r);
     }
-    PQclear(r);
     return answer;
 }
 
 enum store_answer pg_request(struct store *face, const char *id, char **text, size_t *length)
 {
-    return text_of(face, PG_KNOWN_REQUEST, "SELECT request, sum FROM jobs WHERE id = $1", "request_not_read", id, text, length);
+    return text_of(face, PG_KNOWN_REQUEST, "SELECT request, sum" WHOLE " FROM jobs WHERE id = $1", "request_not_read", id, text, length);
 }
 
 /* One that is damaged can be computed again: it counts as none; where the database is away that cannot be told. */
 enum store_answer pg_result(struct store *face, const char *id, char **text, size_t *length)
 {
-    enum store_answer a = text_of(face, PG_KNOWN_RESULT, "SELECT result, sum FROM results WHERE id = $1", "result_not_read", id, text, length);
+    const char *sql = pg_of(face)->schema >= PG_SCHEMA_PIECES ? "SELECT result, sum, bytes::text, pieces::text FROM results WHERE id = $1"
+                                                             : "SELECT result, sum" WHOLE " FROM results WHERE id = $1";
+    enum store_answer a = text_of(face, PG_KNOWN_RESULT, sql, "result_not_read", id, text, length);
     return a == STORE_BROKEN && !atomic_load(&pg_of(face)->down) ? STORE_NONE : a;
 }
 

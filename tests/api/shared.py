@@ -9,8 +9,10 @@ import threading
 import time
 
 from cluster import Cluster
-from common import slow, trivial
+from common import moving, slow, trivial
 from daemon import Daemon
+from long_results import SAMPLES, peak, sanitized
+from store import essence
 
 
 ENDS = ("CREATE TABLE ends(id text, epoch bigint); CREATE FUNCTION note_end() RETURNS trigger LANGUAGE plpgsql AS"
@@ -22,6 +24,16 @@ def prepared(build, server, name):
     """The address of a fresh database with the tables."""
     address = server.database(name)
     subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", address], check=True, capture_output=True, timeout=60)
+    return address
+
+
+def of_schema(server, name, version):
+    """The address of a database with the tables of a version before."""
+    address, text = server.database(name), ""
+    for n in range(1, version + 1):
+        with open(os.path.join(os.path.dirname(__file__), f"../../server/postgres/schema-{n}.sql"), encoding="utf-8") as f:
+            text += f.read()
+    server.sql(f"CREATE SCHEMA sgad; SET search_path = sgad; CREATE TABLE schema(version int NOT NULL); {text}; INSERT INTO schema VALUES({version})", name)
     return address
 
 
@@ -54,7 +66,7 @@ def shared_answers(build, c):
         address = server.database("two")
         run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--store", address], capture_output=True, text=True, timeout=30, check=False)
         c(run.returncode == 1 and "sgad migrate" in run.stderr, "no daemon without the tables", run)
-        for words in ("was 0 and is 2", "nothing to do"):
+        for words in ("was 0 and is 3", "nothing to do"):
             run = subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", address], capture_output=True, text=True, timeout=30, check=False)
             c(run.returncode == 0 and words in run.stdout, "migrate", run)
         with Daemon(build, *flags(address)) as a, Daemon(build, *flags(address)) as b:
@@ -252,18 +264,53 @@ def shared_versions(build, c):
             row = server.sql(f"SELECT version FROM sgad.results WHERE id = '{other}'", "versions")
             c(row == [[own_version]], "and the row says which version computed it", (row, own_version))
             c(a.stop() == 0, "it ends with 0", a.errors()[-500:])
-        # the tables of the version before: a daemon goes on with them, until they are brought up to date beside it
-        server.sql("DROP INDEX sgad.jobs_kept, sgad.results_made; ALTER TABLE sgad.jobs DROP COLUMN reached; DROP FUNCTION sgad.beat_2; UPDATE sgad.schema SET version = 1", "versions")
-        with Daemon(build, *flags(address)) as a:
-            c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "the schema before this one")
-            run = subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", address], capture_output=True, text=True, timeout=30, check=False)
-            c(run.returncode == 0 and "was 1 and is 2" in run.stdout, "one step", run)
-            c(a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "and it goes on")
-        with Daemon(build, *flags(address)) as a:
-            c(status(a, other) == "done" and a.ask("POST", "/v1/solve", trivial()).json()["status"] == "done", "the jobs of before are there, after the step")
+        # tables of versions before: a daemon goes on with them, until they are brought up to date beside it
+        for version in (1, 2):
+            before = of_schema(server, f"before_{version}", version)
+            with Daemon(build, *flags(before), "--cache-memory", "0") as a:
+                jobs = [a.ask("POST", "/v1/solve", r, {"Prefer": "wait=60"}).json() for r in (trivial(), moving(samples=30000))]
+                c([j["status"] for j in jobs] == ["done"] * 2, f"schema {version}", [j.get("error") for j in jobs])
+                run = subprocess.run([os.path.join(build, "sgad"), "migrate", "--store", before], capture_output=True, text=True, timeout=30, check=False)
+                c(run.returncode == 0 and f"was {version} and is 3" in run.stdout, f"schema {version}: brought up to date", run)
+                jobs += [a.ask("POST", "/v1/solve", r, {"Prefer": "wait=60"}).json() for r in (trivial(), moving(samples=30000))]
+                c(jobs[3]["status"] == "done" and server.sql("SELECT count(*) FROM sgad.pieces", f"before_{version}") == [["0"]], f"schema {version}: and it goes on, with whole results",
+                  jobs[3].get("error"))
+            with Daemon(build, *flags(before), "--cache-memory", "0") as a:
+                c(all(essence(a.wait(j["id"])) == essence(j) for j in jobs), f"schema {version}: the jobs of before are there, after the step")
         server.sql("UPDATE sgad.schema SET version = 99", "versions")
         run = subprocess.run([os.path.join(build, "sgad"), "--listen", "127.0.0.1:0", "--store", address], capture_output=True, text=True, timeout=30, check=False)
         c(run.returncode == 1 and "newer" in run.stderr, "a schema that is newer is refused", run)
+
+
+def shared_long(build, c):
+    """A long result is in pieces: no daemon has all of it in memory, and those that are damaged, replaced or of nobody go."""
+    with Cluster() as server:
+        address = prepared(build, server, "long")
+        count = lambda: int(server.sql("SELECT count(*) FROM sgad.pieces", "long")[0][0])  # noqa: E731
+        with Daemon(build, *flags(address), "--cache-memory", "0") as a, Daemon(build, *flags(address), "--cache-memory", "0") as b:
+            for d in (a, b):
+                d.ask("POST", "/v1/solve", moving(), {"Prefer": "wait=60"})
+            begin = [peak(a), peak(b)]
+            told = a.ask("POST", "/v1/solve", moving(samples=SAMPLES), {"Prefer": "wait=120"}, seconds=150)
+            job, length = told.json(), len(told.body)
+            if not c(job.get("status") == "done" and length > 20 << 20, "solved", told.body[:300]):
+                return
+            where = "/v1/jobs/" + job["id"]
+            c(b.get(where).body == told.body and a.get(where).body == told.body, "both have all of it")
+            c(sanitized(build) or all(peak(d) - m < length / 2 for d, m in zip((a, b), begin)), "both stay small", (begin, peak(a), peak(b), length))
+            pieces = count()
+            c(pieces >= length >> 21, "in pieces", pieces)
+            c(server.sql("SELECT count(*), bool_and(r.bytes = length(r.result) + (SELECT sum(length(piece)) FROM sgad.pieces p WHERE p.id = r.id AND p.epoch = r.pieces))"
+                         " FROM sgad.results r WHERE pieces > 0", "long") == [["1", "t"]], "its bytes are counted")
+            for label, sql in (("changed", "UPDATE sgad.pieces SET piece = set_byte(piece, 5, 7) WHERE n = 2"), ("gone", "DELETE FROM sgad.pieces WHERE n = 3"),
+                               ("longer", "UPDATE sgad.pieces SET piece = piece || piece WHERE n = 1"), ("all gone", "DELETE FROM sgad.pieces")):
+                server.sql(sql, "long")
+                c(essence(b.wait(job["id"], seconds=120)) == essence(job), f"a piece {label}: the same answer")
+                c(count() == pieces, f"a piece {label}: as many as before", (count(), pieces))
+            server.sql("INSERT INTO sgad.pieces(id, epoch, n, made, piece) SELECT 'nobody', 1, n, clock_timestamp() - interval '2 hours', 'x' FROM generate_series(1, 3) n", "long")
+            c(until(lambda: count() == pieces), "pieces of nobody are swept", count())
+            server.sql(f"DELETE FROM sgad.results WHERE id = '{job['id']}'", "long")
+            c(count() == 0, "pieces go with their result", count())
 
 
 class Relay:
@@ -435,4 +482,4 @@ def shared_failover(build, c):
             second.__exit__()
 
 
-ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_turns, shared_versions, shared_stalled, shared_deaf, shared_failover]
+ALL = [shared_answers, shared_killed, shared_away, shared_tenants, shared_turns, shared_versions, shared_long, shared_stalled, shared_deaf, shared_failover]
