@@ -17,7 +17,6 @@
 #include "error.h"
 #include "expr_rows.h"
 
-
 /* What an operator is like, whatever its arguments are. */
 enum expr_trait {
     EXPR_IS_TOTAL     = 1,       /* has a value for all real arguments */

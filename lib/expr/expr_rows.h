@@ -7,6 +7,7 @@
 
 typedef int32_t expr_id;
 #define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
+#define EXPR_NONE ((expr_id)-1)     /* no node at all */
 
 /* Row i has the columns column[k], ascending, and entries entry[k] for start[i] <= k < start[i + 1]; what is not there is 0. Owned. */
 struct expr_rows {
@@ -14,13 +15,11 @@ struct expr_rows {
     expr_id *entry;
 };
 
-#define EXPR_NONE ((expr_id)-1)     /* no node */
-
 /* Room for so many entries in so many rows; start is 0. */
 struct expr_rows expr_rows_new(int rows, int entries);
 /* Of rows x cols by rows: what is not `zero`. */
 struct expr_rows expr_rows_of(int rows, int cols, const expr_id *dense, expr_id zero);
-/* Without the entries `zero`. */
+/* The same without the entries `zero` (EXPR_NONE: all of them stay). */
 struct expr_rows expr_rows_copy(const struct expr_rows *a, int rows, expr_id zero);
 /* cols x rows. The columns of a row of a need not ascend: those of the result do. */
 struct expr_rows expr_rows_transposed(const struct expr_rows *a, int rows, int cols);

@@ -13,7 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static const double SECONDS = 5, TURN = 0.05, AGAIN = 0.5, EVICT = 30;
+static const double SECONDS = 5, TURN = 0.05, AGAIN = 0.5, EVICT = 30, DROP_SECONDS = 60;
 
 static void told(struct pg *p)
 {
@@ -23,13 +23,15 @@ static void told(struct pg *p)
     pthread_mutex_unlock(&p->lock);
 }
 
-static bool command(PGconn *c, const char *sql)
+static bool command_within(PGconn *c, const char *sql, double seconds)
 {
-    PGresult *r = pg_run(c, sql, NULL, false, SECONDS);
+    PGresult *r = pg_run(c, sql, NULL, false, seconds);
     bool ok = r && (PQresultStatus(r) == PGRES_COMMAND_OK || PQresultStatus(r) == PGRES_TUPLES_OK);
     PQclear(r);
     return ok;
 }
+
+static bool command(PGconn *c, const char *sql) { return command_within(c, sql, SECONDS); }
 
 static void came_back(struct pg *p)
 {
@@ -53,7 +55,7 @@ static bool evict(struct pg *p, PGconn *c)
     if (!limit)
         return true;
     pg_number(&a, limit);
-    PGresult *r = pg_run(c, sql, &a, false, 60);
+    PGresult *r = pg_run(c, sql, &a, false, DROP_SECONDS);
     bool ok = r && PQresultStatus(r) == PGRES_TUPLES_OK;
     if (ok)
         atomic_fetch_add(&p->metrics->counter[METRIC_EVICTED], (unsigned long)pg_int(r, 0, 0));
@@ -65,8 +67,8 @@ static bool evict(struct pg *p, PGconn *c)
 static bool sweep(struct pg *p, PGconn *c)
 {
     return p->schema < PG_SCHEMA_PIECES
-        || command(c, "DELETE FROM pieces WHERE (id, epoch) IN (SELECT id, epoch FROM pieces p WHERE n = 1 AND made < clock_timestamp() - interval '1 hour'"
-                      " AND NOT EXISTS(SELECT 1 FROM results r WHERE r.id = p.id AND r.pieces = p.epoch))");
+        || command_within(c, "DELETE FROM pieces WHERE (id, epoch) IN (SELECT id, epoch FROM pieces p WHERE n = 1 AND made < clock_timestamp() - interval '1 hour'"
+                      " AND NOT EXISTS(SELECT 1 FROM results r WHERE r.id = p.id AND r.pieces = p.epoch))", DROP_SECONDS);
 }
 
 /* Until the connection is lost or the store closes. */
