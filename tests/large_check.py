@@ -88,6 +88,20 @@ def bounded(tally, solver):
         tally.check(answer["verdict"] == expected["verdict"], "a food web in 280 MB: verdict", answer["verdict"])
 
 
+def together(tally, solver):
+    """Thousands of variables in one equation: a sphere, a mean field, one pressure for all."""
+    n = 4000
+    x = [f"x{i}" for i in range(n)]
+    for name, variable, rate, equation, index in (("a sphere", "p", "{k}*{next} + p*{own}", " + ".join(v + "^2" for v in x) + " = 1", 2),
+                                                  ("a mean field", "s", "s - {k}*{own} - {own}^3", f"s^3 + s = ({' + '.join(x)})/{n}", 1),
+                                                  ("one pressure", "p", "p - {own} + {k}*sin(t)", " + ".join(x) + " = 0", 2)):
+        equations = [f"{v}' = " + rate.format(k=i % 5 + 1, own=v, next=x[(i + 1) % n]) for i, v in enumerate(x)] + [equation]
+        answer, problem = solver.solve({"system": {"form": "equations", "variables": [*x, variable], "equations": equations}, "want": ["index", "constraints"], "limits": {"seconds": 60}})
+        if tally.check(answer, name, problem):
+            told = answer["verdict"], answer["index"]["differentiation"], answer["dimensions"]["final"]
+            tally.check(told == ("unique", index, n + 1 - index), f"{name}: verdict, index, dimension", told)
+
+
 def large_faults(tally, solver):
     """A singular grid, an equation that is missing in the middle of one, a loop with a wrong bound: named by place, with little time to do it."""
     limits = {"seconds": 60, "megabytes": 2000}
@@ -249,6 +263,7 @@ def main():
     many_generations(tally, solver)
     dense(tally, solver)
     bounded(tally, solver)
+    together(tally, solver)
     faults(tally, solver)
     large_faults(tally, solver)
     stiff_motions(tally, solver)

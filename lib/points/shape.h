@@ -12,6 +12,10 @@ enum points_shape {
     POINTS_HIDDEN      /* under a function that is none of these */
 };
 
+/* Of the cone's last node in each of its symbols, by the symbol's position in the indexed cone, in one pass: what its paths say. POINTS_AFFINE may be
+ * more where more than one path leads there (x*(1 + x)); the others are so. What stands at positions of other nodes is of no use. Cost: the cone. */
+void points_shapes(const struct expr_store *st, const struct expr_cone *cone, unsigned char *shape);
+
 /* Of each node of an indexed cone, by position in it; returns that of its last node. Cost: the cone. */
 enum points_shape points_shape_in(const struct expr_store *st, const struct expr_cone *cone, int symbol, unsigned char *shape);
 

@@ -17,7 +17,8 @@ struct work {
     struct points_point *p;
     struct expr_cone cone;
     unsigned char *shape;          /* by position in the cone */
-    size_t shape_cap;
+    unsigned char *bound;          /* the same, by points_shapes */
+    size_t shape_cap, bound_cap;
     unsigned char *used;           /* by variable: in a constraint that is solved */
     int *variable_of;              /* by symbol, or -1 */
     bool any_size;
@@ -87,18 +88,33 @@ static enum answer solve_for(struct work *w, expr_id e, int variable)
     return ok ? YES : wide ? MORE_BITS : NO;
 }
 
+/* The cone of a constraint, with what is seen at once of all its shapes. */
+static void look_at(struct work *w, int i)
+{
+    expr_cone_of(w->s->st, &w->cone, w->s->constraint + i, 1);
+    expr_cone_index(&w->cone);
+    SGA_RESERVE(w->shape, w->shape_cap, w->cone.count);
+    SGA_RESERVE(w->bound, w->bound_cap, w->cone.count);
+    points_shapes(w->s->st, &w->cone, w->bound);
+}
+
+/* Whether the constraint of the cone is affine in the symbol at place k; then the shapes of all its nodes are there. */
+static bool affine_in(struct work *w, int k)
+{
+    int symbol = w->s->st->node[w->cone.list[k]].a;
+    return w->bound[k] == POINTS_AFFINE && points_shape_in(w->s->st, &w->cone, symbol, w->shape) == POINTS_AFFINE;
+}
+
 static enum answer solve_one(struct work *w, int i)
 {
     const struct points_space *s = w->s;
     expr_id e = s->constraint[i];
     enum answer answer = NO;
-    expr_cone_of(s->st, &w->cone, &e, 1);
-    expr_cone_index(&w->cone);
-    SGA_RESERVE(w->shape, w->shape_cap, w->cone.count);
+    look_at(w, i);
     for (int k = w->cone.count - 1; k >= 0 && answer == NO; k--) {
         const struct expr_node n = s->st->node[w->cone.list[k]];
         int v = n.op == EXPR_SYM ? w->variable_of[n.a] : -1;
-        if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || points_shape_in(s->st, &w->cone, n.a, w->shape) != POINTS_AFFINE)
+        if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || !affine_in(w, k))
             continue;
         answer = solve_for(w, e, v);
         if (answer == YES && !w->any_size && num_ball_log2(arb_midref(w->p->ball.symbol + s->variable[v])) > SIZE_MOST)
@@ -124,9 +140,10 @@ static bool narrow(const struct work *w, slong prec)
     return all;
 }
 
-/* Which constraints still to be placed contain a variable: how many, and the exclusive or of their places. */
+/* Which constraints still to be placed contain a variable: how many, and the exclusive or of their places and of what is seen of their shapes. */
 struct meets {
     int count, which;
+    unsigned char bound;
 };
 
 /* An order that does not depend on that of the constraints: a variable that only one of those left contains, which is
@@ -138,19 +155,23 @@ static bool by_shape(struct work *w)
     int c = s->constraints, n = s->variables, place = c, depth = 0;
     SGA_ARENA(mem);
     int **of = sga_zeros(&mem, (size_t)c + 1, sizeof *of), *len = sga_zeros(&mem, (size_t)c + 1, sizeof *len);
+    unsigned char **bound = sga_zeros(&mem, (size_t)c + 1, sizeof *bound);
     struct meets *meet = sga_zeros(&mem, (size_t)n + 1, sizeof *meet);
     size_t total = 1;
     for (int i = 0; i < c; i++) {
-        expr_cone_of(s->st, &w->cone, s->constraint + i, 1);
+        look_at(w, i);
         of[i] = sga_take(&mem, ((size_t)w->cone.count + 1) * sizeof **of);
+        bound[i] = sga_take(&mem, (size_t)w->cone.count + 1);
         for (int k = 0; k < w->cone.count; k++) {
             const struct expr_node *e = s->st->node + w->cone.list[k];
             int v = e->op == EXPR_SYM ? w->variable_of[e->a] : -1;
             if (v < 0)
                 continue;
+            bound[i][len[i]] = w->bound[k];
             of[i][len[i]++] = v;
             meet[v].count++;
             meet[v].which ^= i;
+            meet[v].bound ^= w->bound[k];
         }
         total += (size_t)len[i];
         w->chosen[i] = -1;
@@ -161,17 +182,16 @@ static bool by_shape(struct work *w)
             stack[depth++] = v;
     while (depth) {
         int v = stack[--depth], i = meet[v].which;
-        if (meet[v].count != 1)
+        if (meet[v].count != 1 || meet[v].bound != POINTS_AFFINE)
             continue;
-        expr_cone_of(s->st, &w->cone, s->constraint + i, 1);
-        expr_cone_index(&w->cone);
-        SGA_RESERVE(w->shape, w->shape_cap, w->cone.count);
+        look_at(w, i);
         if (points_shape_in(s->st, &w->cone, s->variable[v], w->shape) != POINTS_AFFINE)
             continue;
         w->chosen[i] = v;
         w->turn[--place] = i;
         for (int k = 0; k < len[i]; k++) {
             meet[of[i][k]].which ^= i;
+            meet[of[i][k]].bound ^= bound[i][k];
             if (--meet[of[i][k]].count == 1)
                 stack[depth++] = of[i][k];
         }
@@ -242,5 +262,6 @@ bool points_triangular(const struct points_space *s, struct points_point *p, slo
     num_ball_forget(&p->ball);
     expr_cone_clear(&w.cone);
     free(w.shape);
+    free(w.bound);
     return ok;
 }
