@@ -34,16 +34,15 @@ static void read_shapes(struct match *m, int *variable_of)
 {
     const struct points_space *s = m->s;
     SGA_ENDS(expr_cone_clear) struct expr_cone cone;
-    SGA_FREED unsigned char *here = NULL, *bound = NULL;
-    size_t here_cap = 0, bound_cap = 0, shape_cap = 0;
+    SGA_FREED unsigned char *here = NULL;
+    size_t here_cap = 0, shape_cap = 0;
     expr_cone_init(&cone);
     for (int i = 0; i < s->constraints; i++) {
         m->start[i] = m->held;
         expr_cone_of(s->st, &cone, s->constraint + i, 1);
         expr_cone_index(&cone);
         SGA_RESERVE(here, here_cap, cone.count);
-        SGA_RESERVE(bound, bound_cap, cone.count);
-        points_shapes(s->st, &cone, bound);
+        points_shapes(s->st, &cone, here);
         for (int k = 0; k < cone.count; k++) {
             const struct expr_node n = s->st->node[cone.list[k]];
             int v = n.op == EXPR_SYM ? variable_of[n.a] : -1;
@@ -51,7 +50,7 @@ static void read_shapes(struct match *m, int *variable_of)
                 continue;
             SGA_RESERVE_IN(m->mem, m->variable, m->cap, m->held + 1);
             SGA_RESERVE_IN(m->mem, m->shape, shape_cap, m->held + 1);
-            m->shape[m->held] = bound[k] == POINTS_AFFINE ? (unsigned char)points_shape_in(s->st, &cone, n.a, here) : bound[k];
+            m->shape[m->held] = here[k];
             m->hidden[v] |= m->shape[m->held] == POINTS_HIDDEN;
             m->variable[m->held++] = v;
         }

@@ -1,7 +1,12 @@
 /* Shapes from the leaves up. */
 #include "shape.h"
 
+#include <stdint.h>
+#include <string.h>
+
+#include "arena.h"
 #include "expr.h"
+#include "mem.h"
 
 static enum points_shape larger(enum points_shape a, enum points_shape b)
 {
@@ -27,19 +32,53 @@ static enum points_shape through(const struct expr_store *st, const struct expr_
     }
 }
 
+enum { MANY = 16, BATCH = 64 };      /* more than one path leads there */
+
+/* Up to 64 symbols in which all paths are affine: those that meet themselves in a product are not. */
+static void look_for_squares(const struct expr_store *st, const struct expr_cone *cone, const int *place, int count, uint64_t *in, unsigned char *shape)
+{
+    uint64_t squares = 0;
+    memset(in, 0, (size_t)cone->count * sizeof *in);
+    for (int i = 0; i < count; i++)
+        in[place[i]] = (uint64_t)1 << i;
+    for (int k = place[0]; k < cone->count; k++) {
+        const struct expr_node *n = st->node + cone->list[k];
+        for (int c = 0, children = expr_children(st, cone->list[k]); c < children; c++) {
+            uint64_t of = in[cone->place[expr_child(st, cone->list[k], c)]];
+            squares |= n->op == EXPR_MUL ? in[k] & of : 0;
+            in[k] |= of;
+        }
+    }
+    for (int i = 0; i < count; i++)
+        shape[place[i]] = squares >> i & 1 ? POINTS_CURVED : POINTS_AFFINE;
+}
+
 void points_shapes(const struct expr_store *st, const struct expr_cone *cone, unsigned char *shape)
 {
-    for (int k = 0; k < cone->count; k++)
-        shape[k] = POINTS_FREE;
-    if (cone->count)
-        shape[cone->count - 1] = POINTS_AFFINE;
-    for (int k = cone->count - 1; k >= 0; k--) {
+    int last = cone->count - 1, place[BATCH], count = 0;
+    memset(shape, POINTS_FREE, (size_t)cone->count);
+    shape[last] = POINTS_AFFINE;
+    for (int k = last; k >= 0; k--) {
         const struct expr_node *n = st->node + cone->list[k];
-        int children = expr_children(st, cone->list[k]);
+        int many = shape[k] & MANY, children = expr_children(st, cone->list[k]);
+        enum points_shape so_far = (enum points_shape)(shape[k] & ~MANY);
         for (int c = 0; c < children; c++) {
             unsigned char *of = shape + cone->place[expr_child(st, cone->list[k], c)];
-            *of = (unsigned char)larger((enum points_shape)*of, through(st, n, c, (enum points_shape)shape[k]));
+            enum points_shape is = larger((enum points_shape)(*of & ~MANY), through(st, n, c, so_far));
+            *of = (unsigned char)(is | (*of ? MANY : many));
         }
+    }
+    SGA_FREED uint64_t *in = NULL;
+    for (int k = 0; k <= last; k++) {
+        if (shape[k] == (POINTS_AFFINE | MANY) && expr_op_of(st, cone->list[k]) == EXPR_SYM) {
+            in = in ? in : sga_malloc((size_t)cone->count * sizeof *in);
+            place[count++] = k;
+        }
+        if (count == BATCH || (k == last && count)) {
+            look_for_squares(st, cone, place, count, in, shape);
+            count = 0;
+        }
+        shape[k] &= (unsigned char)~MANY;
     }
 }
 

@@ -12,8 +12,8 @@ enum points_shape {
     POINTS_HIDDEN      /* under a function that is none of these */
 };
 
-/* Of the cone's last node in each of its symbols, by the symbol's position in the indexed cone, in one pass: what its paths say. POINTS_AFFINE may be
- * more where more than one path leads there (x*(1 + x)); the others are so. What stands at positions of other nodes is of no use. Cost: the cone. */
+/* Of the cone's last node in each of its symbols, by the symbol's position in the indexed cone; what stands at positions of other nodes is of no use.
+ * Cost: the cone, and once more for each 64 symbols to which more than one path leads. */
 void points_shapes(const struct expr_store *st, const struct expr_cone *cone, unsigned char *shape);
 
 /* Of each node of an indexed cone, by position in it; returns that of its last node. Cost: the cone. */

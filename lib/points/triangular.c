@@ -17,8 +17,8 @@ struct work {
     struct points_point *p;
     struct expr_cone cone;
     unsigned char *shape;          /* by position in the cone */
-    unsigned char *bound;          /* the same, by points_shapes */
-    size_t shape_cap, bound_cap;
+    unsigned char *last;           /* by position in the cone, of symbols: the shape of its last node in it */
+    size_t shape_cap, last_cap;
     unsigned char *used;           /* by variable: in a constraint that is solved */
     int *variable_of;              /* by symbol, or -1 */
     bool any_size;
@@ -88,21 +88,14 @@ static enum answer solve_for(struct work *w, expr_id e, int variable)
     return ok ? YES : wide ? MORE_BITS : NO;
 }
 
-/* The cone of a constraint, with what is seen at once of all its shapes. */
+/* The cone of a constraint, with its shapes in all symbols. */
 static void look_at(struct work *w, int i)
 {
     expr_cone_of(w->s->st, &w->cone, w->s->constraint + i, 1);
     expr_cone_index(&w->cone);
     SGA_RESERVE(w->shape, w->shape_cap, w->cone.count);
-    SGA_RESERVE(w->bound, w->bound_cap, w->cone.count);
-    points_shapes(w->s->st, &w->cone, w->bound);
-}
-
-/* Whether the constraint of the cone is affine in the symbol at place k; then the shapes of all its nodes are there. */
-static bool affine_in(struct work *w, int k)
-{
-    int symbol = w->s->st->node[w->cone.list[k]].a;
-    return w->bound[k] == POINTS_AFFINE && points_shape_in(w->s->st, &w->cone, symbol, w->shape) == POINTS_AFFINE;
+    SGA_RESERVE(w->last, w->last_cap, w->cone.count);
+    points_shapes(w->s->st, &w->cone, w->last);
 }
 
 static enum answer solve_one(struct work *w, int i)
@@ -114,8 +107,9 @@ static enum answer solve_one(struct work *w, int i)
     for (int k = w->cone.count - 1; k >= 0 && answer == NO; k--) {
         const struct expr_node n = s->st->node[w->cone.list[k]];
         int v = n.op == EXPR_SYM ? w->variable_of[n.a] : -1;
-        if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || !affine_in(w, k))
+        if (v < 0 || w->used[v] || (w->chosen[i] >= 0 && w->chosen[i] != v) || w->last[k] != POINTS_AFFINE)
             continue;
+        points_shape_in(s->st, &w->cone, n.a, w->shape);
         answer = solve_for(w, e, v);
         if (answer == YES && !w->any_size && num_ball_log2(arb_midref(w->p->ball.symbol + s->variable[v])) > SIZE_MOST)
             return NO;
@@ -140,10 +134,10 @@ static bool narrow(const struct work *w, slong prec)
     return all;
 }
 
-/* Which constraints still to be placed contain a variable: how many, and the exclusive or of their places and of what is seen of their shapes. */
+/* Which constraints still to be placed contain a variable: how many, and the exclusive or of their places and of their shapes in it. */
 struct meets {
     int count, which;
-    unsigned char bound;
+    unsigned char shape;
 };
 
 /* An order that does not depend on that of the constraints: a variable that only one of those left contains, which is
@@ -155,23 +149,23 @@ static bool by_shape(struct work *w)
     int c = s->constraints, n = s->variables, place = c, depth = 0;
     SGA_ARENA(mem);
     int **of = sga_zeros(&mem, (size_t)c + 1, sizeof *of), *len = sga_zeros(&mem, (size_t)c + 1, sizeof *len);
-    unsigned char **bound = sga_zeros(&mem, (size_t)c + 1, sizeof *bound);
+    unsigned char **shape = sga_zeros(&mem, (size_t)c + 1, sizeof *shape);
     struct meets *meet = sga_zeros(&mem, (size_t)n + 1, sizeof *meet);
     size_t total = 1;
     for (int i = 0; i < c; i++) {
         look_at(w, i);
         of[i] = sga_take(&mem, ((size_t)w->cone.count + 1) * sizeof **of);
-        bound[i] = sga_take(&mem, (size_t)w->cone.count + 1);
+        shape[i] = sga_take(&mem, (size_t)w->cone.count + 1);
         for (int k = 0; k < w->cone.count; k++) {
             const struct expr_node *e = s->st->node + w->cone.list[k];
             int v = e->op == EXPR_SYM ? w->variable_of[e->a] : -1;
             if (v < 0)
                 continue;
-            bound[i][len[i]] = w->bound[k];
+            shape[i][len[i]] = w->last[k];
             of[i][len[i]++] = v;
             meet[v].count++;
             meet[v].which ^= i;
-            meet[v].bound ^= w->bound[k];
+            meet[v].shape ^= w->last[k];
         }
         total += (size_t)len[i];
         w->chosen[i] = -1;
@@ -182,16 +176,13 @@ static bool by_shape(struct work *w)
             stack[depth++] = v;
     while (depth) {
         int v = stack[--depth], i = meet[v].which;
-        if (meet[v].count != 1 || meet[v].bound != POINTS_AFFINE)
-            continue;
-        look_at(w, i);
-        if (points_shape_in(s->st, &w->cone, s->variable[v], w->shape) != POINTS_AFFINE)
+        if (meet[v].count != 1 || meet[v].shape != POINTS_AFFINE)
             continue;
         w->chosen[i] = v;
         w->turn[--place] = i;
         for (int k = 0; k < len[i]; k++) {
             meet[of[i][k]].which ^= i;
-            meet[of[i][k]].bound ^= bound[i][k];
+            meet[of[i][k]].shape ^= shape[i][k];
             if (--meet[of[i][k]].count == 1)
                 stack[depth++] = of[i][k];
         }
@@ -262,6 +253,6 @@ bool points_triangular(const struct points_space *s, struct points_point *p, slo
     num_ball_forget(&p->ball);
     expr_cone_clear(&w.cone);
     free(w.shape);
-    free(w.bound);
+    free(w.last);
     return ok;
 }
