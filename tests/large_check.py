@@ -80,6 +80,20 @@ def resistors(n, current):
     return large.asked(f"{n} x {n} resistors", {"form": "equations", "variables": variables, "equations": equations})
 
 
+def unasked(tally, solver):
+    """Coordinates of which each pair has one mass, on springs: the field's numbers grow long, and without it what is evaluated is in proportion."""
+    counts = []
+    for n in (80, 300):
+        lagrangian = " + ".join(f"(q{i}' + q{i + 1}')^2/2" for i in range(0, n, 2)) + " - " + " - ".join(f"(q{i + 1} - q{i})^2/2" for i in range(n - 1))
+        request = {"system": {"form": "lagrangian", "coordinates": [f"q{i}" for i in range(n)], "lagrangian": lagrangian}, "want": ["index", "constraints"], "limits": {"seconds": 60}}
+        answer, problem = solver.solve(request)
+        if tally.check(answer, f"{n} coordinates with half as many masses", problem):
+            tally.check(answer["verdict"] == "unique" and answer["dimensions"]["generations"] == [3 * n // 2, n], f"{n} coordinates: verdict and generations",
+                        (answer["verdict"], answer["dimensions"]))
+            counts.append(answer["work"]["counts"]["balls"])
+    tally.check(len(counts) == 2 and counts[1] < 6 * counts[0], "what is evaluated grows with the coordinates", counts)
+
+
 def bounded(tally, solver):
     """A block of 4,050 equations that are solved for one another, in memory that a full matrix of their size would use up."""
     request, expected = large.web(90)
@@ -262,6 +276,7 @@ def main():
     kroneckers(tally, solver)
     many_generations(tally, solver)
     dense(tally, solver)
+    unasked(tally, solver)
     bounded(tally, solver)
     together(tally, solver)
     faults(tally, solver)

@@ -32,6 +32,7 @@ struct lu {
     double bits, numbers;
 };
 
+enum { WRITTEN_OUT = 100 };        /* rows: of so many a field is written out, long as its numbers may be */
 /* Numbers of so many bits on average are short; below so many in all the field is short in any case. */
 static const double SHORT_BITS = 40, FEW_BITS = 20000, MOST_BITS = 1e9;
 
@@ -99,10 +100,10 @@ static void lu_row(struct lu *l, int q)
     l->numbers += p->ops + to->entries + 1;
 }
 
-/* A large field of long numbers that nobody asks for. */
+/* A field of long numbers that nobody asks for, and that takes long to write out. */
 static bool unasked(const struct affine_run *r)
 {
-    return r->many && r->s->options->field_unasked && r->constraints < r->a->n;
+    return (r->many || r->velocities.pivots > WRITTEN_OUT) && r->s->options->field_unasked && r->constraints < r->a->n;
 }
 
 /* Every pivot row. False: the numbers grow long (or the budget ended). */
