@@ -265,7 +265,11 @@ class Answer:
             self.generations()
 
     def contradiction(self, nodes):
-        """Where the printed constraints hold, no solution is tangent to them."""
+        """Where the printed constraints hold, no solution is tangent to them; a restriction that never holds is none of them, and
+        its value is looked at with the combinations."""
+        told = self.result.get("evidence", {}).get("contradiction")
+        if told and not told["combination"]:
+            return
         for env in self.sample(nodes, 1) if nodes or not self.problem.restrict else []:
             if self.compatible(env, nodes, True):
                 raise Broken("inconsistent, but a solution is tangent to the constraints so far")

@@ -131,18 +131,6 @@ bool lin_least_norm(const struct lin_dense *A, const double *b, double rtol, dou
     return true;
 }
 
-bool lin_singular_values(const struct lin_dense *A, double *sv)
-{
-    struct svd f;
-    if (A->rows == 0 || A->cols == 0)
-        return true;
-    if (!svd_make(&f, A))
-        return false;
-    memcpy(sv, f.s->data, (size_t)f.q * sizeof *sv);
-    svd_free(&f);
-    return true;
-}
-
 /* The i-th condition on y = W (d - g): entries of D J W^-1 into a, right side returned. */
 static double scaled_row(const struct lin_correction *p, int i, double *a)
 {

@@ -24,9 +24,6 @@ struct lin_least {
 bool lin_least_norm(const struct lin_dense *A, const double *b, double rtol, double *x,
                     struct lin_least *out);
 
-/* The min(rows, cols) singular values, descending. False as above. */
-bool lin_singular_values(const struct lin_dense *A, double *sv);
-
 /* The problem of lin_kkt.h with J of any rank: among the d (held ones 0) that minimise
  * |D (J d + r)|, D scaling the rows of J W^-1 to norm 1 (rows that are 0 stay), the one
  * of least |W (d - g)|. w, held, g may be NULL. out->residual is that of the scaled

@@ -8,20 +8,15 @@
 
 #include "arena.h"
 #include "form.h"
-#include "lin_dense.h"
+#include "lin_rank.h"
 #include "mem.h"
 
 /* Singular values above the tolerance times the largest or 1; *least: what that was (0 on entry), or is taken to be. */
 static int rank_of(const double *a, int rows, int cols, double tolerance, double *least)
 {
     struct lin_dense dense = { .rows = rows, .cols = cols, .a = a };
-    int small = rows < cols ? rows : cols, rank = 0;
-    SGA_FREED double *sv = sga_calloc((size_t)small + 1, sizeof *sv);
-    bool ok = lin_singular_values(&dense, sv);
-    if (!*least)
-        *least = tolerance * (sv[0] > 1 ? sv[0] : 1);
-    while (ok && rank < small && sv[rank] > *least)
-        rank++;
+    int rank;
+    lin_rank(&dense, tolerance, 1, least, &rank);
     return rank;
 }
 

@@ -3,6 +3,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 static double norm2(const double *v, int n)
@@ -13,35 +14,35 @@ static double norm2(const double *v, int n)
     return s;
 }
 
-/* v <- (I - beta h h^T) v from index k on; h is stored in row k of J from k on */
-static void reflect(const double *h, double beta, double *v, int k, int n)
+/* v <- (I - beta h h^T) v from index k on; h is stored in row k of J from k on. False: v stays as it is. */
+static bool reflect(const double *h, double beta, double *v, int k, int n)
 {
     double s = 0;
     for (int i = k; i < n; i++)
         s += h[i] * v[i];
     s *= beta;
+    if (s == 0)
+        return false;
     for (int i = k; i < n; i++)
         v[i] -= s * h[i];
+    return true;
 }
 
 int points_least_norm_factor(int c, int n, double *J, int *perm, double *work)
 {
     double *beta = work, *R = work + c, first = 0;     /* of R what is above the diagonal, and that */
     int rank = 0;
-    for (int i = 0; i < c; i++)
+    double *length = work;      /* squared, of what is left of the rows not taken yet: where their betas will be */
+    for (int i = 0; i < c; i++) {
         perm[i] = i;
+        length[i] = norm2(J + (size_t)i * (size_t)n, n);
+    }
     /* row p of J is column p of J^T: Householder on rows */
     for (int k = 0; k < c && k < n; k++) {
         int best = k;
-        double big = -1;
-        for (int i = k; i < c; i++) {
-            double s = norm2(J + (size_t)perm[i] * (size_t)n + k, n - k);
-            if (s > big) {
-                big = s;
-                best = i;
-            }
-        }
-        big = sqrt(big);
+        for (int i = k + 1; i < c; i++)
+            best = length[i] > length[best] ? i : best;
+        double big = sqrt(length[best]);
         if (k == 0)
             first = big;
         if (!(big > 1e-13 * first) || !isfinite(big))
@@ -49,6 +50,7 @@ int points_least_norm_factor(int c, int n, double *J, int *perm, double *work)
         int t = perm[k];
         perm[k] = perm[best];
         perm[best] = t;
+        length[best] = length[k];
         double *h = J + (size_t)perm[k] * (size_t)n;
         for (int j = 0; j < k; j++)
             R[(size_t)j * (size_t)c + (size_t)k] = h[j];
@@ -57,8 +59,11 @@ int points_least_norm_factor(int c, int n, double *J, int *perm, double *work)
         h[k] -= alpha;
         double hh = norm2(h + k, n - k);
         beta[k] = hh > 0 ? 2 / hh : 0;
-        for (int i = k + 1; i < c; i++)
-            reflect(h, beta[k], J + (size_t)perm[i] * (size_t)n, k, n);
+        for (int i = k + 1; i < c; i++) {
+            double *v = J + (size_t)perm[i] * (size_t)n;
+            if (reflect(h, beta[k], v, k, n) || v[k] != 0)
+                length[i] = norm2(v + k + 1, n - k - 1);
+        }
         rank = k + 1;
     }
     return rank;

@@ -154,7 +154,7 @@ static double step(struct points_jacobian *j, struct points_point *p, struct poi
         int open = only_new(j, w, r, old);
         *rank = normal_basic_step(w, r, d) < open ? 0 : c;
     } else {
-        *rank = c > POINTS_QUICK ? normal_quick_step(w, r, d) : normal_step(w, r, d);
+        *rank = normal_is_sparse(w) ? normal_quick_step(w, r, d) : normal_step(w, r, d);
     }
     for (int i = 0; i < n && cheap; i++)
         d[i] = ldexp(d[i], cheap[i]);

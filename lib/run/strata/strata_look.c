@@ -9,7 +9,7 @@
 #include "arena.h"
 #include "derive.h"
 #include "differentials.h"
-#include "lin_dense.h"
+#include "lin_rank.h"
 #include "oracle.h"
 #include "poly.h"
 #include "reduction.h"
@@ -27,7 +27,7 @@ static const double NEAR = 0.2;
 static const double PART = 0.2;
 /* rows * columns * the smaller: past it singular values take seconds that nobody could stop, and
  * the rank counts as lower: listed, to be safe */
-static const double RANK_WORK = 1e8;
+static const double RANK_WORK = 1e8, RANK = 1e-10;
 
 /* The right side of row i: alpha, or how the constraint changes by time alone, 0 where it does not move. */
 static double right_side(struct job *j, const struct points_space *space, int rows, int i, struct points_point *p)
@@ -47,7 +47,7 @@ static int rank_at(struct job *j, const struct points_space *space, int rows, in
     assert(rows <= sys->rows && c <= space->constraints);
     SGA_ARENA(mem);
     double *M = sga_zeros(&mem, (size_t)(m + 1) * (size_t)cols, sizeof *M);
-    double *sv = sga_zeros(&mem, (size_t)(m < cols ? m : cols) + 1, sizeof *sv), most = 0;
+    double most = 0, bound = 0;
     struct points_space own = *space;
     own.constraints = c;
     own.variables = n;
@@ -76,9 +76,7 @@ static int rank_at(struct job *j, const struct points_space *space, int rows, in
         M[(size_t)i * (size_t)cols + (size_t)n] /= most;
     struct lin_dense dense = { .rows = m, .cols = cols, .a = M };
     int rank = 0;
-    if (lin_singular_values(&dense, sv))
-        while (rank < (m < cols ? m : cols) && sv[rank] > 1e-10 * sv[0])
-            rank++;
+    lin_rank(&dense, RANK, 0, &bound, &rank);
     assert(rank <= m && rank <= cols);
     points_jacobian_clear(&jac);
     return rank;
