@@ -12,6 +12,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "error.h"
+
 /* Bytes of machine code of formulas. */
 static const size_t CODE = 4 << 20;
 

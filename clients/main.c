@@ -13,6 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 static bool read_all(FILE *f, struct sga_buf *out)
 {
     char piece[16384];

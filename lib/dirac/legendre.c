@@ -58,10 +58,10 @@ static bool take_quadratic(const struct legendre_request *rq, expr_id e, struct 
 
 static bool is_quadratic(const struct legendre_request *rq, expr_id e, struct quadratic *out)
 {
-    struct sga_error before = rq->weak->st->error;      /* a root may have no derivative at rest */
+    struct sga_error before = *rq->weak->st->error;      /* a root may have no derivative at rest */
     bool ok = take_quadratic(rq, e, out);
     if (!ok)
-        rq->weak->st->error = before;
+        *rq->weak->st->error = before;
     return ok;
 }
 

@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "enc_tables.h"
+#include "error.h"
 #include "mem.h"
 #include "op.h"
 

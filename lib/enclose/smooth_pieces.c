@@ -7,6 +7,7 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "error.h"
 #include "mem.h"
 #include "series.h"
 #include "watch.h"

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "c_parts.h"
+#include "error.h"
 #include "fmu_parts.h"
 #include "lines.h"
 #include "skeleton.h"

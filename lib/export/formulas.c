@@ -8,6 +8,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "error.h"
+
 static struct export_place *places_of(struct sga_arena *mem, const char *array, const expr_id *value, int n)
 {
     struct export_place *p = sga_take(mem, (size_t)n * sizeof *p);
@@ -67,7 +69,7 @@ bool export_field_values(struct export_model *m, expr_id *value, struct sga_erro
         for (int i = 0; i < n; i++)
             value[i] = expr_add(st, value[i], expr_mul(st, f, m->gauge[k * n + i]));
     }
-    return expr_store_ok(st) || sga_fail(err, SGA_E_NO_CODE, "The field cannot be written: %.500s", st->error.detail);
+    return expr_store_ok(st) || sga_fail(err, SGA_E_NO_CODE, "The field cannot be written: %.500s", st->error->detail);
 }
 
 bool export_field_lines(struct export_model *m, struct sga_buf *out, struct sga_error *err)

@@ -4,6 +4,7 @@
 
 #include "buf.h"
 #include "dialect.h"
+#include "error.h"
 #include "number.h"
 #include "operators.h"
 

@@ -4,6 +4,7 @@
 #include "budget.h"
 #include "derive.h"
 #include "dialect.h"
+#include "error.h"
 #include "math_name.h"
 #include "parse.h"
 
@@ -181,7 +182,7 @@ bool export_model_read(struct export_model *m, const struct export_source *s, en
     if (!name_all(m, err) || !read_values(m, err) || !read_texts(m, err))
         return false;
     differentiate(m);
-    return expr_store_ok(&m->store) || sga_fail(err, SGA_E_NO_CODE, "The derivatives of the constraints cannot be written: %.500s", m->store.error.detail);
+    return expr_store_ok(&m->store) || sga_fail(err, SGA_E_NO_CODE, "The derivatives of the constraints cannot be written: %.500s", m->store.error->detail);
 }
 
 void export_model_clear(struct export_model *m)

@@ -6,6 +6,8 @@
 
 #include <flint/fmpz.h>
 
+#include "error.h"
+
 #define ST struct expr_store *st
 
 expr_id expr_int(ST, long v)
@@ -248,7 +250,7 @@ expr_id expr_div(ST, expr_id a, expr_id b)
         return EXPR_UNDEF;
     if (expr_is_const(st, b)) {
         if (expr_is_zero(st, b)) {
-            sga_fail(&st->error, SGA_E_EXPR_UNDEFINED, "a division by zero");
+            sga_fail(st->error, SGA_E_EXPR_UNDEFINED, "a division by zero");
             return EXPR_UNDEF;
         }
         if (expr_is_const(st, a))
@@ -274,7 +276,7 @@ static expr_id constant_power(ST, expr_id a, long n)
     const fmpq *x = expr_const_value(st, a);
     ulong m = n < 0 ? 0ul - (ulong)n : (ulong)n;
     if (fmpq_is_zero(x) && n < 0) {
-        sga_fail(&st->error, SGA_E_EXPR_UNDEFINED, "a negative power of zero");
+        sga_fail(st->error, SGA_E_EXPR_UNDEFINED, "a negative power of zero");
         return EXPR_UNDEF;
     }
     bool unit = fmpz_is_pm1(fmpq_numref(x)) || fmpz_is_zero(fmpq_numref(x));
@@ -308,7 +310,7 @@ expr_id expr_powi(ST, expr_id a, long n)
     if (n == -1)
         return expr_div(st, expr_int(st, 1), a);
     if (n > INT32_MAX || n < -INT32_MAX) {
-        sga_fail(&st->error, SGA_E_LIMIT_EXPONENT, "the exponent %ld is too large; the limit is %d", n, INT32_MAX);
+        sga_fail(st->error, SGA_E_LIMIT_EXPONENT, "the exponent %ld is too large; the limit is %d", n, INT32_MAX);
         return EXPR_UNDEF;
     }
     if (op_of(st, a) == EXPR_NEG) {
@@ -344,7 +346,7 @@ expr_id expr_pow(ST, expr_id a, expr_id b)
         const fmpq *q = expr_const_value(st, b);
         if (fmpz_is_one(fmpq_denref(q))) {
             if (!fmpz_abs_fits_ui(fmpq_numref(q)) || fmpz_bits(fmpq_numref(q)) > 31) {
-                sga_fail(&st->error, SGA_E_LIMIT_EXPONENT, "an exponent is too large; the limit is %d", INT32_MAX);
+                sga_fail(st->error, SGA_E_LIMIT_EXPONENT, "an exponent is too large; the limit is %d", INT32_MAX);
                 return EXPR_UNDEF;
             }
             return expr_powi(st, a, fmpz_get_si(fmpq_numref(q)));
@@ -413,7 +415,7 @@ expr_id expr_fun(ST, enum expr_op op, expr_id a)
             return e;
         const fmpq *x = expr_const_value(st, a);
         if ((op == EXPR_LOG && fmpq_sgn(x) <= 0) || (op == EXPR_SQRT && fmpq_sgn(x) < 0)) {
-            sga_fail(&st->error, SGA_E_EXPR_UNDEFINED, "%s of a constant that is %s has no real value",
+            sga_fail(st->error, SGA_E_EXPR_UNDEFINED, "%s of a constant that is %s has no real value",
                      expr_op_text(op), fmpq_sgn(x) < 0 ? "negative" : "zero");
             return EXPR_UNDEF;
         }

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "raw_nodes.h"
 
@@ -308,7 +309,7 @@ static void mark_tops(const struct expr_store *st, const struct expr_cone *c, co
 void expr_collect(struct expr_store *st, expr_id *root, int roots)
 {
     SGA_ENDS(expr_cone_clear) struct expr_cone c;
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     int nodes = st->nodes;
     SGA_ARENA(mem);
     unsigned char *top = sga_zeros(&mem, (size_t)nodes, 1);
@@ -324,7 +325,7 @@ void expr_collect(struct expr_store *st, expr_id *root, int roots)
         else if (top[e] && kind == PRODUCT)
             is = collected_product(st, was);
         to[e] = is && expr_store_ok(st) ? is : was ? was : e;
-        st->error = before;
+        *st->error = before;
     }
     for (int i = 0; i < roots; i++)
         root[i] = to[root[i]];

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "expr_rows.h"
 #include "mem.h"
 #include "sort.h"
 

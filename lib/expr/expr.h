@@ -14,8 +14,11 @@
 #include <stdint.h>
 #include <flint/fmpq.h>
 
-#include "error.h"
-#include "expr_rows.h"
+struct sga_error;
+
+typedef int32_t expr_id;
+#define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
+#define EXPR_NONE ((expr_id)-1)     /* no node at all */
 
 /* What an operator is like, whatever its arguments are. */
 enum expr_trait {
@@ -109,6 +112,13 @@ struct expr_symbol {
     bool mentioned;     /* by some expression that was read */
 };
 
+/* A matrix without its zeros (expr_rows.h): row i has the columns column[k], ascending, and entries entry[k] for
+ * start[i] <= k < start[i + 1]. Owned. */
+struct expr_rows {
+    int *start, *column;
+    expr_id *entry;
+};
+
 /* S y = r: S is m x m, without its zeros, rhs has m; SOLVE nodes refer to it. Kept as a node where elimination by symbols would blow up. */
 struct expr_solve {
     int m;
@@ -138,12 +148,13 @@ struct expr_store {
     struct expr_marks *marks; /* for cones */
     struct expr_residue *residue; size_t residue_cap;   /* residue.h */
     bool signals_fixed;       /* no derivative of a signal may be added any more */
-    struct sga_error error;   /* sticky */
+    struct sga_error *error;  /* owned; sticky */
 };
 
 void expr_store_init(struct expr_store *st);
 void expr_store_clear(struct expr_store *st);
-static inline bool expr_store_ok(const struct expr_store *st) { return st->error.code == SGA_E_OK; }
+/* No error so far. */
+bool expr_store_ok(const struct expr_store *st);
 
 /* Whether the nodes from `from` on keep the store's rules: children below parents, operators and symbols of the tables. Asserted where
  * a stage of a job ends. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "expr_rows.h"
 #include "mem.h"
 
 struct expr_rows expr_rows_new(int rows, int entries)

@@ -2,18 +2,7 @@
 #ifndef SGA_EXPR_ROWS_H
 #define SGA_EXPR_ROWS_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
-typedef int32_t expr_id;
-#define EXPR_UNDEF ((expr_id)0)     /* node 0 of every store: has no value */
-#define EXPR_NONE ((expr_id)-1)     /* no node at all */
-
-/* Row i has the columns column[k], ascending, and entries entry[k] for start[i] <= k < start[i + 1]; what is not there is 0. Owned. */
-struct expr_rows {
-    int *start, *column;
-    expr_id *entry;
-};
+#include "expr.h"
 
 /* Room for so many entries in so many rows; start is 0. */
 struct expr_rows expr_rows_new(int rows, int entries);

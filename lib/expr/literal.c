@@ -8,6 +8,7 @@
 #include <string.h>
 #include <flint/fmpz.h>
 
+#include "error.h"
 #include "mem.h"
 #include "op.h"
 

@@ -6,6 +6,7 @@
 
 #include "arena.h"
 #include "buf.h"
+#include "error.h"
 #include "mem.h"
 #include "names_solve.h"
 #include "print_text.h"
@@ -120,13 +121,13 @@ bool expr_print_named(struct expr_store *st, const expr_id *roots, int nroots,
                       const struct expr_naming *naming, struct expr_names *out)
 {
     struct naming n = { .st = st, .how = naming, .roots = nroots };
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     n.max_bytes = naming && naming->max_bytes ? naming->max_bytes : (size_t)16 << 20;
     n.root = sga_malloc(((size_t)nroots + 1) * sizeof *n.root);
     memcpy(n.root, roots, (size_t)nroots * sizeof *n.root);
     *out = (struct expr_names){ 0 };
     bool ok = expr_write_out_solves(st, n.root, nroots);
-    st->error = before;
+    *st->error = before;
     if (ok) {
         expr_cone_init(&n.cone);
         expr_cone_of(st, &n.cone, n.root, nroots);

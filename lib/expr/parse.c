@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "literal.h"
 #include "mem.h"
 
@@ -18,9 +19,9 @@ bool parser_fail_here(struct parser *p, size_t at)
 {
     if (!expr_store_ok(p->st)) {
         /* what grows while it is read was too large as it was written */
-        bool bits = p->st->error.code == SGA_E_LIMIT_GROWTH;
-        sga_fail(p->err, bits ? SGA_E_LIMIT_BITS : p->st->error.code, "%s", p->st->error.detail);
-        p->st->error = (struct sga_error){ 0 };
+        bool bits = p->st->error->code == SGA_E_LIMIT_GROWTH;
+        sga_fail(p->err, bits ? SGA_E_LIMIT_BITS : p->st->error->code, "%s", p->st->error->detail);
+        *p->st->error = (struct sga_error){ 0 };
     }
     if (p->err && !p->err->line)
         lex_place(p->text, at, &p->err->line, &p->err->column);
@@ -272,7 +273,7 @@ expr_id parser_read(struct expr_store *st, const char *text, const struct expr_g
     struct sga_error own = { 0 };
     struct parser p = { .st = st, .text = text, .err = err ? err : &own, .equation = equation, .as_it_stands = as_it_stands };
     if (!expr_store_ok(st) || p.err->code != SGA_E_OK) {
-        sga_fail(p.err, st->error.code, "%s", st->error.detail);
+        sga_fail(p.err, st->error->code, "%s", st->error->detail);
         return EXPR_UNDEF;
     }
     if (g)

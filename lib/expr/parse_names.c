@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "error.h"
 #include "lex.h"
 #include "lowered.h"
 #include "names_family.h"

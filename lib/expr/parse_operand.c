@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "literal.h"
 #include "parse_names.h"
 #include "signal.h"

@@ -1,6 +1,7 @@
 /* Constants that show only once they are sorted. */
 #include "arena.h"
 #include "buf.h"
+#include "error.h"
 #include "parser.h"
 #include "print.h"
 #include "residue.h"

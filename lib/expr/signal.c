@@ -7,6 +7,7 @@
 #include "arena.h"
 #include "buf.h"
 #include "derive.h"
+#include "error.h"
 #include "mem.h"
 
 static expr_id add(struct expr_store *st, const char *name, struct expr_table *table, int order)
@@ -40,7 +41,7 @@ expr_id expr_signal_rate(struct expr_store *st, int symbol)
     int next = expr_symbol_find(st, name.data, name.len);
     expr_id e = next >= 0 ? st->symbol[next].node : EXPR_UNDEF;
     if (!e && (st->signals_fixed || s.order >= EXPR_SIGNAL_ORDERS))
-        sga_fail(&st->error, SGA_E_LIMIT_GENERATIONS, "a derivative of %.100s of an order past %d is needed; give it as an expression "
+        sga_fail(st->error, SGA_E_LIMIT_GENERATIONS, "a derivative of %.100s of an order past %d is needed; give it as an expression "
                  "of time instead of a table", s.name, s.order);
     else if (!e)
         e = add(st, name.data, s.table, s.order + 1);

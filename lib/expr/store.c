@@ -6,6 +6,8 @@
 #include <flint/fmpz.h>
 
 #include "budget.h"
+#include "error.h"
+#include "expr_rows.h"
 #include "mem.h"
 #include "sort.h"
 
@@ -28,6 +30,7 @@ void expr_store_init(struct expr_store *st)
     st->names_mask = 63;
     st->names = sga_calloc(st->names_mask + 1, sizeof *st->names);
     st->marks = expr_marks_new();
+    st->error = sga_calloc(1, sizeof *st->error);
 }
 
 void expr_store_clear(struct expr_store *st)
@@ -49,7 +52,13 @@ void expr_store_clear(struct expr_store *st)
     free(st->solve);
     free(st->hash);
     free(st->names);
+    free(st->error);
     *st = (struct expr_store){ 0 };
+}
+
+bool expr_store_ok(const struct expr_store *st)
+{
+    return st->error->code == SGA_E_OK;
 }
 
 static uint32_t mix(uint64_t op, uint64_t a, uint64_t b)
@@ -94,7 +103,7 @@ bool expr_store_work(struct expr_store *st, long nodes)
     st->work = 0;
     double late = st->deadline > 0 ? sga_now() - st->deadline : 0;
     if (late > 0)
-        sga_fail(&st->error, SGA_E_LIMIT_SECONDS, "the limit of %g seconds was reached (%.1f had passed); "
+        sga_fail(st->error, SGA_E_LIMIT_SECONDS, "the limit of %g seconds was reached (%.1f had passed); "
                  "raise limits.seconds or ask for less in want", st->seconds, st->seconds + late);
     return expr_store_ok(st);
 }
@@ -104,7 +113,7 @@ static bool room(struct expr_store *st)
     if (!expr_store_work(st, 1))
         return false;
     if (st->max_nodes && st->nodes >= st->max_nodes)
-        return sga_fail(&st->error, SGA_E_LIMIT_NODES,
+        return sga_fail(st->error, SGA_E_LIMIT_NODES,
                         "the limit of %d expression nodes was reached; raise limits.nodes or ask for less in want",
                         st->max_nodes);
     if ((uint64_t)st->nodes * 4 > (uint64_t)st->hash_mask * 3)
@@ -133,7 +142,7 @@ bool expr_bits_ok(struct expr_store *st, double bits)
 {
     if (bits <= (double)st->max_bits)
         return true;
-    return sga_fail(&st->error, SGA_E_LIMIT_GROWTH, "an exact number of %.0f bits would be needed; the limit is %ld bits; "
+    return sga_fail(st->error, SGA_E_LIMIT_GROWTH, "an exact number of %.0f bits would be needed; the limit is %ld bits; "
                     "use smaller numbers or exponents", bits, st->max_bits);
 }
 
@@ -143,7 +152,7 @@ static bool work_ok(struct expr_store *st, size_t bits)
     st->work_bits += (double)bits;
     if (st->max_work_bits <= 0 || st->work_bits <= st->max_work_bits)
         return true;
-    return sga_fail(&st->error, SGA_E_LIMIT_GROWTH, "the exact numbers have more than %.0f bits together; "
+    return sga_fail(st->error, SGA_E_LIMIT_GROWTH, "the exact numbers have more than %.0f bits together; "
                     "use fewer or smaller numbers", st->max_work_bits);
 }
 

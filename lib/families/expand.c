@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "error.h"
 #include "family.h"
 #include "index.h"
 #include "request.h"

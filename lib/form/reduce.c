@@ -12,6 +12,7 @@
 #include "derivatives.h"
 #include "derive.h"
 #include "equations.h"
+#include "error.h"
 #include "mem.h"
 #include "system.h"
 
@@ -243,6 +244,6 @@ bool form_equations_reduce(struct form_equations *f, struct sys_system *s, int m
     free(r.top);
     free(r.rest);
     if (!expr_store_ok(r.st))
-        return sga_fail(err, r.st->error.code, "%s", r.st->error.detail);
+        return sga_fail(err, r.st->error->code, "%s", r.st->error->detail);
     return ok || sga_fail(err, SGA_E_INTERNAL, "a derivative's symbol could not be made");
 }

@@ -9,6 +9,7 @@
 #include "arb_ends.h"
 #include "budget.h"
 #include "equilibria_shape.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "linearize.h"
 #include "natural.h"

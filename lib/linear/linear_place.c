@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arb_ends.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "natural.h"
@@ -67,14 +68,14 @@ static bool set_exact(struct linear_place *p, const struct sys_system *sys, cons
 /* Whether all functions are the constant 0 with the exact values put in. */
 static bool vanish(const struct linear_place *p, const expr_id *e, int count)
 {
-    struct sga_error before = p->st->error;
+    struct sga_error before = *p->st->error;
     SGA_FREED expr_id *root = sga_malloc(((size_t)count + 1) * sizeof *root);
     bool all = true;
     if (count)
         memcpy(root, e, (size_t)count * sizeof *root);
     expr_substitute(p->st, root, count, p->map);
     all = expr_store_ok(p->st);
-    p->st->error = before;
+    *p->st->error = before;
     for (int i = 0; i < count && all; i++)
         all = expr_is_zero(p->st, root[i]);
     return all;
@@ -225,7 +226,7 @@ void linear_place_clear(struct linear_place *p)
 static bool constants(struct linear_place *p, const expr_id *e, int count, struct linear_matrix *out)
 {
     struct expr_store *st = p->st;
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     SGA_FREED expr_id *root = sga_malloc(((size_t)count + 1) * sizeof *root);
     bool ok = true;
     for (int i = 0; i < count; i++)
@@ -233,7 +234,7 @@ static bool constants(struct linear_place *p, const expr_id *e, int count, struc
     if (p->map)
         expr_substitute(st, root, count, p->map);
     ok = expr_store_ok(st);
-    st->error = before;
+    *st->error = before;
     for (int i = 0; i < count && ok; i++) {
         ok = expr_is_const(st, root[i]);
         if (ok)

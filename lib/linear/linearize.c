@@ -402,7 +402,7 @@ static bool run(struct work *w, const struct linear_guess *guess)
         return false;
     keep_states(w);
     assert(l->states + rq->sol->constraints + (rq->sys->variables - l->variables) == rq->sys->variables);
-    return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error.code, "%s", rq->sys->store->error.detail);
+    return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error->code, "%s", rq->sys->store->error->detail);
 }
 
 static void empty(struct linearization *l)
@@ -465,7 +465,7 @@ static bool rates(struct work *w, const struct linear_guess *guess, bool *of_tim
     tell_constant(w);
     *of_time = depends_on_time(w);
     keep_states(w);
-    return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error.code, "%s", rq->sys->store->error.detail);
+    return expr_store_ok(rq->sys->store) || sga_fail(w->err, rq->sys->store->error->code, "%s", rq->sys->store->error->detail);
 }
 
 bool linear_rates(struct linearization *l, const struct linear_request *rq, const struct linear_guess *guess, bool *of_time, struct sga_error *err)

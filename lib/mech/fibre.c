@@ -12,6 +12,7 @@
 #include "arena.h"
 #include "ball.h"
 #include "derive.h"
+#include "error.h"
 #include "form.h"
 #include "mem.h"
 #include "oracle.h"

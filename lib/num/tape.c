@@ -13,6 +13,7 @@
 
 #include "arena.h"
 #include "dd.h"
+#include "error.h"
 #include "mem.h"
 #include "switches.h"
 #include "value.h"

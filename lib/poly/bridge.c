@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "budget.h"
+#include "error.h"
 #include "facts.h"
 #include "mem.h"
 
@@ -106,13 +107,13 @@ static bool convert(struct poly_bridge *b, expr_id e, unsigned depends, struct p
 
 static void convert_all(struct poly_bridge *b)
 {
-    struct sga_error before = b->st->error, stop = { 0 };
+    struct sga_error before = *b->st->error, stop = { 0 };
     for (int i = 0; i < b->count; i++) {
         if (b->limits.budget && !sga_budget_ok(b->limits.budget, &stop))
             break;
         if (convert(b, b->list[i], b->depends[i], b->value + i))
             b->mark[i] |= POLY_KNOWN;
-        b->st->error = before;
+        *b->st->error = before;
     }
 }
 

@@ -5,6 +5,7 @@
 #include <flint/fmpz_mpoly_factor.h>
 
 #include "arena.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mpoly_take.h"
 
@@ -73,7 +74,7 @@ static bool show_factor(struct poly_bridge *b, const fmpz_mpoly_t f, struct poly
 bool poly_certificate(struct expr_store *st, expr_id e, const struct poly_limits *limits, struct poly_certificate *out)
 {
     SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, &e, 1, limits);
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     struct poly_fraction f;
     *out = (struct poly_certificate){ 0 };
     const struct poly_ratio *r = b ? poly_value(b, e) : NULL;
@@ -83,6 +84,6 @@ bool poly_certificate(struct expr_store *st, expr_id e, const struct poly_limits
         poly_fraction_clear(b, &f);
     }
     ok = ok && expr_store_ok(st);
-    st->error = before;
+    *st->error = before;
     return ok;
 }

@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "facts.h"
 #include "mem.h"
 #include "mpoly_take.h"
@@ -325,7 +326,7 @@ static void split(struct splitting *s, struct chain_case *c)
 
 bool poly_chains_of(struct expr_store *st, const expr_id *e, int count, const struct poly_limits *limits, struct poly_chains *out)
 {
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     *out = (struct poly_chains){ 0 };
     SGA_ENDS(poly_bridge_end) struct poly_bridge *b = count <= MOST_GIVEN ? poly_bridge_new(st, e, count, limits) : NULL;
     if (!b)
@@ -348,7 +349,7 @@ bool poly_chains_of(struct expr_store *st, const expr_id *e, int count, const st
     clear_case(b, &all);
     free(s.unknown);
     ok = ok && expr_store_ok(st);
-    st->error = before;
+    *st->error = before;
     if (!ok)
         poly_chains_clear(out);
     return ok;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "facts.h"
 #include "flint_ends.h"
 #include "mem.h"
@@ -82,7 +83,7 @@ struct poly_numerator {
 
 struct poly_numerator *poly_numerator_new(struct expr_store *st, expr_id e, const struct poly_limits *limits)
 {
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     struct poly_numerator *n = sga_calloc(1, sizeof *n);
     n->b = e ? poly_bridge_new(st, &e, 1, limits) : NULL;
     const struct poly_ratio *r = n->b ? poly_value(n->b, e) : NULL;
@@ -91,7 +92,7 @@ struct poly_numerator *poly_numerator_new(struct expr_store *st, expr_id e, cons
         free(n);
         n = NULL;
     }
-    st->error = before;
+    *st->error = before;
     return n;
 }
 
@@ -125,13 +126,13 @@ expr_id poly_numerator_shown(struct poly_numerator *n)
 bool poly_coefficients_of(struct poly_numerator *n, struct poly_coefficients *out)
 {
     struct expr_store *st = n->b->st;
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     *out = (struct poly_coefficients){ 0 };
     if (n->f.num->length > MOST_TERMS)
         return false;
     collect(n->b, n->f.num, out);
     bool ok = expr_store_ok(st);
-    st->error = before;
+    *st->error = before;
     if (!ok)
         poly_coefficients_clear(out);
     return ok;
@@ -164,7 +165,7 @@ static bool small(const struct poly_bridge *b, const fmpz_mpoly_t f)
 
 bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, const struct poly_limits *limits, expr_id *out)
 {
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     struct poly_fraction f, g;
     expr_id roots[2] = { x, y };
     SGA_ENDS(poly_bridge_end) struct poly_bridge *b = poly_bridge_new(st, roots, 2, limits);
@@ -186,14 +187,14 @@ bool poly_resultant(struct expr_store *st, expr_id x, expr_id y, int symbol, con
     } else {
         ok = false;
     }
-    st->error = before;
+    *st->error = before;
     return ok;
 }
 
 bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficient, int *degree)
 {
     struct poly_bridge *b = n->b;
-    struct sga_error before = b->st->error;
+    struct sga_error before = *b->st->error;
     int at = poly_generator_of(b, node);
     *coefficient = NULL;
     *degree = -1;
@@ -211,7 +212,7 @@ bool poly_powers_of(struct poly_numerator *n, expr_id node, expr_id **coefficien
     }
     *degree = (int)top;
     bool ok = expr_store_ok(b->st);
-    b->st->error = before;
+    *b->st->error = before;
     if (!ok) {
         free(*coefficient);
         *coefficient = NULL;

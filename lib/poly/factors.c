@@ -6,6 +6,7 @@
 #include <flint/fmpz_mpoly_factor.h>
 
 #include "arena.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "mpoly_take.h"
@@ -297,7 +298,7 @@ static bool factor_into(struct poly_bridge *b, struct poly_factors *out, const f
 static bool finish(struct poly_bridge *b, struct poly_factors *out, bool ok, struct sga_error before)
 {
     ok = ok && expr_store_ok(b->st);
-    b->st->error = before;
+    *b->st->error = before;
     if (!ok)
         poly_factors_clear(out);
     assert(!ok || factors_sane(out));
@@ -308,7 +309,7 @@ bool poly_bridge_numerator_factors(struct poly_bridge *b, expr_id e, struct poly
 {
     const struct poly_ratio *r = poly_value(b, e);
     struct poly_fraction f;
-    struct sga_error before = b->st->error;
+    struct sga_error before = *b->st->error;
     *out = (struct poly_factors){ 0 };
     if (!r || !poly_fraction_of(b, r, &f))
         return false;
@@ -325,7 +326,7 @@ bool poly_bridge_denominator_factors(struct poly_bridge *b, expr_id e, struct po
 {
     const struct poly_ratio *r = poly_value(b, e);
     struct poly_fraction f;
-    struct sga_error before = b->st->error;
+    struct sga_error before = *b->st->error;
     *out = (struct poly_factors){ .sign = 1 };
     if (!r || !poly_fraction_of(b, r, &f))
         return false;

@@ -13,6 +13,7 @@
 
 #include "arena.h"
 #include "buf.h"
+#include "error.h"
 #include "facts.h"
 #include "flint_ends.h"
 #include "mem.h"
@@ -345,11 +346,11 @@ bool poly_bridge_zeros(struct poly_bridge *b, expr_id e, const expr_id *by, int 
         fmpq_neg(s, s);
     }
     if (ok) {
-        struct sga_error before = b->st->error;
+        struct sga_error before = *b->st->error;
         *out = poly_show_poly(b, f.num);
         *scale = scale_of(b, &f, s);
         ok = *out && *scale && expr_store_ok(b->st);
-        b->st->error = before;
+        *b->st->error = before;
     }
     set_clear(b, set, n);
     poly_fraction_clear(b, &f);

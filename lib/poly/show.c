@@ -10,6 +10,7 @@
 #include <flint/fmpz_mpoly_factor.h>
 
 #include "arena.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "mpoly_take.h"
@@ -202,7 +203,7 @@ static expr_id denominator(struct poly_bridge *b, const struct poly_fraction *f,
 bool poly_show(struct poly_bridge *b, const struct poly_fraction *f, expr_id *out)
 {
     assert(poly_fraction_sane(f));
-    struct sga_error before = b->st->error;
+    struct sga_error before = *b->st->error;
     SGA_ARENA(mem);
     SGA_ENDS(fmpq_end) fmpq_t content = { { 0, 1 } };
     fmpz_mpoly_struct *primitive = mpoly_take(&mem, b->ctx);
@@ -221,7 +222,7 @@ bool poly_show(struct poly_bridge *b, const struct poly_fraction *f, expr_id *ou
         }
     }
     bool ok = expr_store_ok(b->st) && e != EXPR_UNDEF;
-    b->st->error = before;
+    *b->st->error = before;
     if (ok)
         *out = e;
     return ok;

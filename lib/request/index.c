@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "buf.h"
+#include "error.h"
 #include "expr.h"
 #include "index_read.h"
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "error.h"
 #include "index_read.h"
 #include "lowered.h"
 #include "parse.h"

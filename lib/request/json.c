@@ -7,6 +7,7 @@
 #include <strings.h>
 
 #include "arena.h"
+#include "error.h"
 #include "mem.h"
 #include "reader.h"
 #include "watch.h"

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "lex.h"
 #include "mem.h"
 #include "names_family.h"

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "error.h"
 #include "form.h"
 #include "mem.h"
 #include "reader.h"

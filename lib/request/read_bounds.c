@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "arena.h"
+#include "error.h"
 #include "reader.h"
 
 bool read_bound_end(struct reader *rd, const json_t *pair, size_t i, double *out)

@@ -1,6 +1,7 @@
 /* The form `control`: F, a row of G for each input, and the constraints to hold. */
 #include <stdlib.h>
 
+#include "error.h"
 #include "form.h"
 #include "reader.h"
 

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "form.h"
 #include "reader.h"
 

@@ -3,6 +3,7 @@
 
 #include "arena.h"
 #include "equations.h"
+#include "error.h"
 #include "reader.h"
 
 static bool read_equation(struct reader *rd, struct form_equations *f, const json_t *v)

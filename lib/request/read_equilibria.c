@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "mem.h"
 #include "reader.h"
 

@@ -2,6 +2,7 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#include "error.h"
 #include "form.h"
 #include "reader.h"
 

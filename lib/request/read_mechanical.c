@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "form.h"
 #include "reader.h"
 

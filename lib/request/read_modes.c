@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "error.h"
 #include "reader.h"
 
 static bool read_mode_values(struct reader *rd, const json_t *v, struct request_mode *m)

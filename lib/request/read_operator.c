@@ -10,6 +10,7 @@
 
 #include "arena.h"
 #include "equations.h"
+#include "error.h"
 #include "form.h"
 #include "reader.h"
 

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "error.h"
 #include "reader.h"
 
 static const char *const want_text[REQUEST_WANTS] = {

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "reader.h"
 
 /* A table by its name; -1: none is called so. */

@@ -1,6 +1,7 @@
 /* The form `quasilinear`: A dense or sparse, alpha, restrict, transpose. */
 #include <stdlib.h>
 
+#include "error.h"
 #include "form.h"
 #include "reader.h"
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "reader.h"
 
 static int column_of(const struct reader *rd, int symbol)

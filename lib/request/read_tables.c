@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "reader.h"
 #include "signal.h"
 #include "table.h"

@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "arena.h"
+#include "error.h"
 #include "reader.h"
 
 static const double LEAST = 1e-300, MOST = 1e300;

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "suggest.h"
 
 size_t at_member(struct reader *rd, const char *key)
@@ -178,7 +179,7 @@ size_t at_item(struct reader *rd, const json_t *list, size_t i)
 
 bool store_ok(struct reader *rd)
 {
-    const struct sga_error *e = &rd->r->store.error;
+    const struct sga_error *e = rd->r->store.error;
     return expr_store_ok(&rd->r->store) || at_fail(rd, e->code, "%s", e->detail);
 }
 

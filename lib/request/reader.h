@@ -5,6 +5,7 @@
 #include <jansson.h>
 
 #include "buf.h"
+#include "error.h"
 #include "parse.h"
 #include "request.h"
 

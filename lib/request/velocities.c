@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "reader.h"
 
 expr_id read_velocity_of(void *ctx, int symbol, int order)

@@ -5,6 +5,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "index.h"
 #include "lowered.h"
 #include "mem.h"

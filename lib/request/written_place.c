@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "lex.h"
 #include "reader.h"
 #include "written_piece.h"

@@ -10,6 +10,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "error.h"
+
 /* What neither slides nor events that set variables go with; NULL: nothing of it is asked for. */
 static const char *beyond_plain(const struct request *r)
 {

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "error.h"
 #include "share.h"
 #include "lin.h"
 #include "request.h"

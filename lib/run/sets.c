@@ -8,6 +8,7 @@
 #include "ask.h"
 #include "budget.h"
 #include "buf.h"
+#include "error.h"
 #include "request.h"
 #include "run_job.h"
 #include "set_job.h"

@@ -11,6 +11,7 @@
 #include "arena.h"
 #include "ball.h"
 #include "budget.h"
+#include "error.h"
 #include "facts.h"
 #include "irregular.h"
 #include "mem.h"

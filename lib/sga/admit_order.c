@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "mem.h"
 #include "oracle.h"
 #include "place_search.h"

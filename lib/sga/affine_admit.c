@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "oracle.h"

@@ -13,6 +13,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "reduction.h"

@@ -11,6 +11,7 @@
 #include "ball.h"
 #include "ball_matrix.h"
 #include "budget.h"
+#include "expr_rows.h"
 #include "least_singular.h"
 #include "lin_sparse.h"
 #include "mem.h"

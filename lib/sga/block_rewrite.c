@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "expr_rows.h"
 #include "mem.h"
 #include "system.h"
 

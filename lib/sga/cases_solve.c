@@ -7,6 +7,7 @@
 #include "arena.h"
 #include "ball.h"
 #include "cases.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "system.h"
@@ -23,15 +24,15 @@ struct cases_space cases_space_of(const struct sys_system *system, const struct 
 
 expr_id cases_at(struct expr_store *st, expr_id e, const struct cases_put *put, int puts)
 {
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     if (!e || !puts)
         return e;
     SGA_FREED expr_id *map = sga_calloc((size_t)st->symbols, sizeof *map);
     for (int i = 0; i < puts; i++)
         map[put[i].symbol] = put[i].value;
     expr_substitute(st, &e, 1, map);
-    if (st->error.code == SGA_E_EXPR_UNDEFINED) {     /* a denominator vanishes there */
-        st->error = before;
+    if (st->error->code == SGA_E_EXPR_UNDEFINED) {     /* a denominator vanishes there */
+        *st->error = before;
         return EXPR_UNDEF;
     }
     return e;

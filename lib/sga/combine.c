@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "expr_rows.h"
 #include "mem.h"
 #include "reduction.h"
 #include "system.h"

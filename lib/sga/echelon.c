@@ -11,6 +11,8 @@
 #include "ball.h"
 #include "block.h"
 #include "budget.h"
+#include "error.h"
+#include "expr_rows.h"
 #include "mem.h"
 #include "oracle.h"
 #include "points.h"
@@ -61,7 +63,7 @@ static bool may_ask(const struct ech_context *c, expr_id e)
 {
     if (!e || !expr_store_ok(c->st)) {
         if (c->err->code == SGA_E_OK)
-            *c->err = c->st->error;
+            *c->err = *c->st->error;
         return false;
     }
     return sga_budget_ok(c->budget, c->err);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "mem.h"
 #include "primitive.h"
 #include "reduction.h"
@@ -200,7 +201,7 @@ static int round_of(struct state *s, int from, int to, int g)
     keep_waiting(s, row, rows);
     free_rows(row, rows);
     if (added >= 0 && !expr_store_ok(s->st)) {
-        *s->err = s->st->error;
+        *s->err = *s->st->error;
         return -1;
     }
     return added;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "facts.h"
 #include "mem.h"
 #include "product_routes.h"

@@ -4,6 +4,7 @@
 #define SGA_SGA_PRODUCT_ROUTES_H
 
 #include "components.h"
+#include "error.h"
 #include "state.h"
 
 /* What is known of the routes tried. */

@@ -13,6 +13,7 @@
 #include "arena.h"
 #include "derive.h"
 #include "domain.h"
+#include "error.h"
 #include "facts.h"
 #include "guess.h"
 #include "mem.h"
@@ -440,7 +441,7 @@ bool state_solve_as_is(const struct sys_system *system, const struct reduction_o
     if (s.affine)
         affine_clear(&affine);
     if (ok && !expr_store_ok(s.st)) {
-        *err = s.st->error;
+        *err = *s.st->error;
         ok = false;
     }
     if (ok && s.inconsistent && oracle->sides)

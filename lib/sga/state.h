@@ -4,6 +4,7 @@
 
 #include "arena.h"
 #include "echelon.h"
+#include "error.h"
 #include "points_space.h"
 #include "reduction.h"
 

@@ -7,6 +7,7 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "ball.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "range.h"
@@ -312,7 +313,7 @@ struct take_apart take_apart_of(struct state *s, expr_id f)
 {
     struct work w = { .s = s, .st = s->st };
     struct take_apart e = { 0 };
-    struct sga_error before = s->st->error;
+    struct sga_error before = *s->st->error;
     bool ok = false;
     expr_cone_init(&w.cone);
     expr_cone_of(s->st, &w.cone, &f, 1);
@@ -324,7 +325,7 @@ struct take_apart take_apart_of(struct state *s, expr_id f)
         ask(w.way, f, expr_int(s->st, 0));
         ok = run(&w);
     }
-    s->st->error = before;
+    *s->st->error = before;
     if (ok && w.changed) {
         for (int i = 0; i < w.ways; i++) {
             e.option = sga_realloc(e.option, (size_t)(e.options + 1) * sizeof *e.option);

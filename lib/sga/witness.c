@@ -11,6 +11,7 @@
 #include "budget.h"
 #include "buf.h"
 #include "differentials.h"
+#include "error.h"
 #include "mem.h"
 #include "oracle.h"
 #include "reduction.h"

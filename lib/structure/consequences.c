@@ -9,6 +9,7 @@
 #include "ball.h"
 #include "derive.h"
 #include "echelon.h"
+#include "error.h"
 #include "facts.h"
 #include "mem.h"
 #include "oracle.h"

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "budget.h"
+#include "error.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "structure.h"
@@ -63,7 +64,7 @@ bool structure_find(const struct sys_system *sys, const struct sga_solution *sol
     assert(structure_sane(sys, sol, out));
     work_clear(&w);
     if (!expr_store_ok(sys->store)) {
-        *err = sys->store->error;
+        *err = *sys->store->error;
         return false;
     }
     return sga_budget_ok(budget, err);

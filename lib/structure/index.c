@@ -13,6 +13,7 @@
 #include "arena.h"
 #include "derive.h"
 #include "echelon.h"
+#include "error.h"
 #include "facts.h"
 #include "mem.h"
 #include "oracle.h"

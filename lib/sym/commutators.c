@@ -5,6 +5,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "modp.h"

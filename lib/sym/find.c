@@ -3,6 +3,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "mem.h"
 #include "oracle.h"
 #include "reduction.h"
@@ -64,7 +65,7 @@ bool sym_find(struct sym_work *w, const struct sym_request *request, struct sym_
     judge(w, &out->of_fields);
     judge(w, &out->of_integrals);
     if (ok && !expr_store_ok(w->st)) {
-        *err = w->st->error;
+        *err = *w->st->error;
         return false;
     }
     return ok && sga_budget_ok(w->budget, err);

@@ -6,6 +6,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "derive.h"
+#include "error.h"
 #include "mem.h"
 #include "modp.h"
 #include "reduction.h"

@@ -12,6 +12,7 @@
 #include "defined.h"
 #include "enclosed.h"
 #include "endings.h"
+#include "error.h"
 #include "flow.h"
 #include "given_rows.h"
 #include "inputs.h"

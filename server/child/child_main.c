@@ -15,6 +15,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "error.h"
+
 enum { SOCKET = 3, ARGUMENTS = 7, WALL_EXIT = 3 };
 /* Text, libraries and the request itself. */
 static const size_t HEADROOM = 96 << 20;

@@ -17,6 +17,8 @@
 #include <stdlib.h>
 #include <sys/wait.h>
 
+#include "error.h"
+
 enum { THREADS = 2, MOST = 64, MOST_OF_ONE = 48, TRIES = 2 };
 /* The library ends by itself after about a second; what comes before, taking JSON apart, costs 0.03 for a MiB where a processor is free. */
 static const double SECONDS = 10, SECONDS_PER_MIB = 1, LOOK = 0.1;

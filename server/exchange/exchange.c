@@ -10,6 +10,8 @@
 #include <assert.h>
 #include <stdlib.h>
 
+#include "error.h"
+
 const char *exchange_header(struct exchange *e, const char *name)
 {
     return MHD_lookup_connection_value(e->connection, MHD_HEADER_KIND, name);

@@ -24,6 +24,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 enum { JOINED_MOST = 16384 };
 
 void reply_header(struct exchange *e, const char *name, const char *fmt, ...)

@@ -3,6 +3,7 @@
 #ifndef SERVER_REPLY_H
 #define SERVER_REPLY_H
 
+#include "error.h"
 #include "exchange.h"
 
 struct finished;

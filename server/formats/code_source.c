@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "error.h"
 #include "families.h"
 #include "json_scan.h"
 

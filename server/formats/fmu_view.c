@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "code_source.h"
+#include "error.h"
 #include "fmu.h"
 #include "json_scan.h"
 #include "zip.h"

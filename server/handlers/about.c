@@ -19,6 +19,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "error.h"
+
 static enum MHD_Result reply_text(struct exchange *e, const char *text)
 {
     reply_header(e, "Cache-Control", "no-store");

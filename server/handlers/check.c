@@ -1,6 +1,7 @@
 /* POST /v1/check: all that there is to say of a request, which is read and not run. A child reads it, as one that is posted to run:
  * no HTTP thread does. What is no JSON, or no request, has an answer too: 200, with problems. */
 #include "check_threads.h"
+#include "error.h"
 #include "handlers.h"
 #include "memory_room.h"
 #include "reply.h"

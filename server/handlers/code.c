@@ -14,6 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 static bool choose(struct exchange *e, int *l, enum MHD_Result *rc)
 {
     const char *name = exchange_query(e, "language");

@@ -17,6 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 #define TYPE_EVENTS "text/event-stream"
 static const double HEARTBEAT = 12;       /* seconds between signs of life */
 enum { RETRY_MS = 2000 };

@@ -19,6 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 enum { PAGE = 50, PAGE_MAX = 500, CANCEL_SECONDS = 3 };
 
 /* Takes over the reference. */

@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 #define POLICY "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; base-uri 'none'; " \
                "form-action 'none'; frame-ancestors 'none'"
 _Static_assert(sizeof POLICY <= sizeof ((struct exchange *)0)->header->value, "a header has room for it");

@@ -22,6 +22,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 enum { SOLVE_SECONDS = 30, RETRY_SECONDS = 1, FULL_SECONDS = 5 };
 
 static enum MHD_Result hit(struct exchange *e, struct finished *f, enum metrics_counter from)

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "error.h"
 #include "finished.h"
 #include "lookup.h"
 #include "prefer.h"

@@ -2,6 +2,7 @@
 #ifndef SERVER_RESULT_PART_H
 #define SERVER_RESULT_PART_H
 
+#include "error.h"
 #include "reply.h"
 
 struct slice;

@@ -1,4 +1,5 @@
 /* GET /v1/jobs/ID/tradeoff: speed against accuracy as JSON, as a table, or as an image. */
+#include "error.h"
 #include "finished.h"
 #include "handlers.h"
 #include "json_scan.h"

@@ -17,6 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 enum { NPY = VIEW_NDJSON + 1, MAT, SVG, FORMATS };
 static const struct result_part_format formats[FORMATS] = {
     [VIEW_JSON] = { "json", TYPE_JSON },

@@ -15,6 +15,7 @@
 #include <strings.h>
 
 #include "config.h"
+#include "error.h"
 #include "listen.h"
 #include "service.h"
 

@@ -12,6 +12,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include "error.h"
+
 static enum MHD_Result count_one(void *cls, enum MHD_ValueKind kind, const char *name, const char *value)
 {
     (void)kind;

@@ -29,6 +29,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "error.h"
+
 enum { POOL = 2, CUT_MS = 1000, STOP_MS = 5000, BUSY_SECONDS = 2, LEAVE_LOOK_MS = 20, LEAVE_SURE = 5, LEAVE_REST_MS = 200, SPARE = 256 };     /* SPARE: connections that have been cut and are not closed yet */
 
 /* A listening socket, for the callbacks that come by it. */

@@ -14,6 +14,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "error.h"
+
 enum { LINGER_SECONDS = 2 };      /* for a client that is still writing to take in the reply */
 
 void request_name(struct service *sv, char *out, size_t size)

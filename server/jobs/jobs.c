@@ -15,6 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 struct jobs *jobs_new(const struct config *c, struct store *st, struct memory_cache *memory_cache, struct metrics *m, struct jobs_hooks hooks)
 {
     struct jobs *js = calloc(1, sizeof *js);

@@ -13,6 +13,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "error.h"
+
 enum { LONGEST_PAUSE = 8 };       /* looks, of a second each, between two trials to write an end: a large one may cost as much each time */
 
 static size_t ending_size(const struct job *job)

@@ -11,6 +11,8 @@
 #include <sys/random.h>
 #include <unistd.h>
 
+#include "error.h"
+
 static const double BEAT_LEAST = 0.3;
 
 /* When what was done, and is to be done: sga_now(). */

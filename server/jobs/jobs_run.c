@@ -14,6 +14,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "error.h"
+
 static const double DEFAULT_SECONDS = 30;        /* of a request that sets no limit */
 
 static bool disk_keeps_up(const struct jobs *js)

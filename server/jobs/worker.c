@@ -28,6 +28,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "error.h"
+
 static const double DEADLINE_GRACE = 5, CANCEL_GRACE = 0.8;
 /* A child that grew past FAT bytes is replaced. */
 enum { FAT = 512 << 20, LOOK_MS = 20 };

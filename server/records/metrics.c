@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "error.h"
 
 static const char *const methods[METRICS_METHODS] = { "GET", "HEAD", "POST", "DELETE", "other" };
 static const int statuses[METRICS_STATUSES] = { 200, 202, 204, 304, 400, 401, 403, 404, 405, 406, 409, 410, 413, 414, 415, 422, 429, 431, 500, 503, 505, 0 };

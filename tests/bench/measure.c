@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "error.h"
 #include "run.h"
 
 static const size_t CODE = 4 << 20;      /* bytes, as in the program */

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "budget.h"
+#include "error.h"
 #include "flow.h"
 #include "ode.h"
 #include "oracle.h"

@@ -19,6 +19,7 @@
 #include "child.h"
 #include "config.h"
 #include "conns.h"
+#include "error.h"
 #include "folder.h"
 #include "framing.h"
 #include "fuzz.h"

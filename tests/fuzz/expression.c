@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "error.h"
 #include "fuzz.h"
 #include "parse.h"
 #include "print.h"

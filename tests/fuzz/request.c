@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "error.h"
 #include "fuzz.h"
 #include "request.h"
 

@@ -3,6 +3,7 @@
 #define TESTS_UNIT_CHECK_READ_H
 
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 
 static inline expr_id check_read(struct expr_store *st, const char *text)

@@ -7,6 +7,7 @@
 #include "ball.h"
 #include "check.h"
 #include "enclose.h"
+#include "error.h"
 #include "parse.h"
 #include "random_expr.h"
 

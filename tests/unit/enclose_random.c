@@ -6,6 +6,7 @@
 #include "buf.h"
 #include "check.h"
 #include "enclose.h"
+#include "error.h"
 #include "print.h"
 #include "random_expr.h"
 #include "tape.h"

@@ -5,6 +5,7 @@
 #include "ball.h"
 #include "check.h"
 #include "enclose.h"
+#include "error.h"
 #include "parse.h"
 
 enum { MOST = 6, TIMES = 3 };

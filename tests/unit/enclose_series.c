@@ -7,6 +7,7 @@
 #include "check.h"
 #include "derive.h"
 #include "enclose.h"
+#include "error.h"
 #include "parse.h"
 #include "tail.h"
 

@@ -4,6 +4,7 @@
 #include "buf.h"
 #include "check.h"
 #include "collect.h"
+#include "error.h"
 #include "parse.h"
 #include "print.h"
 #include "random_expr.h"
@@ -28,7 +29,7 @@ static void text(const char *from, const char *to)
 static expr_id at(expr_id e, const expr_id *map)
 {
     expr_substitute(&st, &e, 1, map);
-    st.error = (struct sga_error){ 0 };
+    *st.error = (struct sga_error){ 0 };
     return e && expr_is_const(&st, e) ? e : EXPR_UNDEF;
 }
 
@@ -41,7 +42,7 @@ static void same_values(struct random_source *r)
     pool[n++] = expr_rational(&st, 1 + random_below(r, 5), 1 + random_below(r, 4));
     while (n < 24) {
         expr_id e = random_rational(r, &st, pool + (n > 8 ? n - 8 : 0), n > 8 ? 8 : n);
-        st.error = (struct sga_error){ 0 };
+        *st.error = (struct sga_error){ 0 };
         pool[n++] = e ? e : pool[random_below(r, NAMES)];
     }
     expr_id root = before = pool[n - 1];

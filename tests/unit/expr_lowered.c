@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 #include "same_sign.h"
 #include "value.h"

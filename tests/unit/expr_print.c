@@ -4,6 +4,7 @@
 
 #include "buf.h"
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 #include "print.h"
 
@@ -93,7 +94,7 @@ static void round_trips(void)
     for (int i = 0; i < tried; i++) {
         expr_id e = random_tree(1 + (int)next(14));
         if (!expr_store_ok(&st)) {      /* a division by zero on the way: not the matter here */
-            st.error = (struct sga_error){ 0 };
+            *st.error = (struct sga_error){ 0 };
             continue;
         }
         struct sga_buf text = { 0 };

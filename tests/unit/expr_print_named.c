@@ -4,6 +4,8 @@
 
 #include "buf.h"
 #include "check.h"
+#include "error.h"
+#include "expr_rows.h"
 #include "parse.h"
 #include "print.h"
 

@@ -1,6 +1,7 @@
 /* Matrices by compressed rows against the same ones by all entries, and linear solves whose entries come to nothing. */
 #include "check.h"
 #include "expr.h"
+#include "expr_rows.h"
 
 enum { MOST = 9, ZERO = 7 };
 

@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 #include "signal.h"
 #include "table.h"
@@ -95,7 +96,7 @@ static void derivatives(void)
     CHECK(expr_is_const(&other, root[1]) && !expr_is_zero(&other, root[1]), "all symbols have numbers");
     st.signals_fixed = true;
     int last = st.node[expr_parse(&st, "u''", NULL, &err)].a;
-    CHECK(expr_signal_next(&st, last) < 0 && !expr_signal_rate(&st, last) && st.error.code == SGA_E_LIMIT_GENERATIONS, "no more derivatives");
+    CHECK(expr_signal_next(&st, last) < 0 && !expr_signal_rate(&st, last) && st.error->code == SGA_E_LIMIT_GENERATIONS, "no more derivatives");
     free(map);
     expr_store_clear(&other);
     expr_store_clear(&st);
@@ -116,7 +117,7 @@ static void copies(void)
         expr_copy_symbols(&other, &st);
         map[st.node[p].a] = expr_int(&other, k);
         expr_copy(&other, &st, here, 2, map);
-        CHECK(k ? expr_store_ok(&other) && other.solves == 1 : other.error.code == SGA_E_EXPR_UNDEFINED, "p = %d", k);
+        CHECK(k ? expr_store_ok(&other) && other.solves == 1 : other.error->code == SGA_E_EXPR_UNDEFINED, "p = %d", k);
         expr_store_clear(&other);
     }
     expr_store_clear(&st);

@@ -6,6 +6,7 @@
 #include "buf.h"
 #include "check.h"
 #include "equations.h"
+#include "error.h"
 #include "form.h"
 #include "mem.h"
 #include "parse.h"

@@ -6,6 +6,7 @@
 #include "budget.h"
 #include "ball.h"
 #include "check.h"
+#include "error.h"
 #include "form.h"
 #include "mech.h"
 #include "oracle.h"

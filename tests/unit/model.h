@@ -9,6 +9,7 @@
 
 #include "budget.h"
 #include "check_read.h"
+#include "error.h"
 #include "oracle.h"
 #include "points.h"
 #include "points_random.h"

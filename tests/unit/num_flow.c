@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+#include "error.h"
+
 static struct expr_store st;
 static const char *const names[] = { "x", "y", "z" };
 

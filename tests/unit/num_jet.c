@@ -7,6 +7,7 @@
 
 #include "ball.h"
 #include "derive.h"
+#include "error.h"
 #include "jet.h"
 #include "parse.h"
 #include "tape.h"

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "error.h"
 #include "exec.h"
 #include "jet.h"
 #include "parse.h"

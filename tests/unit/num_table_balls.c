@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 #include "table_balls.h"
 

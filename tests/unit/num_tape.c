@@ -8,6 +8,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "error.h"
+#include "expr_rows.h"
 #include "lu.h"
 #include "random_expr.h"
 #include "tape.h"

@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+#include "error.h"
+
 enum { MOST = 3 };
 
 static struct expr_store st;

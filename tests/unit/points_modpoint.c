@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+#include "error.h"
+
 enum { MOST = 16 };
 
 struct set {

@@ -10,6 +10,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "error.h"
+
 static struct expr_store st;
 static int variable[8], variables;
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "check.h"
+#include "error.h"
 #include "needed_bits.h"
 #include "parse.h"
 #include "points.h"

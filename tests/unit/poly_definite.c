@@ -7,6 +7,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "error.h"
+
 static struct expr_store st;
 
 static void expect(const char *text, bool never)

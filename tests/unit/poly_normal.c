@@ -6,6 +6,7 @@
 #include "budget.h"
 #include "buf.h"
 #include "check_read.h"
+#include "error.h"
 #include "poly.h"
 #include "print.h"
 
@@ -182,7 +183,7 @@ static void random_rational(void)
         fmpq_init(at + i);
     for (int i = 0; i < cases; i++) {
         expr_id e = random_tree(2 + (int)next(16), false), n = EXPR_UNDEF;
-        st.error = (struct sga_error){ 0 };
+        *st.error = (struct sga_error){ 0 };
         if (!e || !poly_normal(&st, e, NULL, &n))
             continue;
         for (int k = 0; k < 3; k++) {
@@ -208,7 +209,7 @@ static void random_functions(void)
     int cases = check_scale(1500), compared = 0;
     for (int i = 0; i < cases; i++) {
         expr_id e = random_tree(2 + (int)next(12), true), n = EXPR_UNDEF;
-        st.error = (struct sga_error){ 0 };
+        *st.error = (struct sga_error){ 0 };
         if (!e || !poly_normal(&st, e, NULL, &n))
             continue;
         double at[8];
@@ -232,7 +233,7 @@ static void one_bridge(void)
     expr_id e[20], one[20], all[20], d[20];
     for (int i = 0; i < 20; i++) {
         e[i] = random_tree(8, false);
-        st.error = (struct sga_error){ 0 };
+        *st.error = (struct sga_error){ 0 };
         if (!e[i])
             e[i] = expr_int(&st, i);
         one[i] = e[i];

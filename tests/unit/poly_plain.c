@@ -3,6 +3,7 @@
 
 #include "buf.h"
 #include "check_read.h"
+#include "error.h"
 #include "poly.h"
 #include "print.h"
 #include "random_expr.h"
@@ -61,7 +62,7 @@ static void point(struct random_source *r, expr_id *map)
 static expr_id at(expr_id e, const expr_id *map)
 {
     expr_substitute(&st, &e, 1, map);
-    st.error = (struct sga_error){ 0 };
+    *st.error = (struct sga_error){ 0 };
     return e && expr_is_const(&st, e) ? e : EXPR_UNDEF;
 }
 
@@ -73,7 +74,7 @@ static void same_values(struct random_source *r)
         pool[n] = st.symbol[n].node;
     while (n < 16) {
         expr_id e = random_rational(r, &st, pool + (n > 6 ? n - 6 : 0), 6 < n ? 6 : n);
-        st.error = (struct sga_error){ 0 };
+        *st.error = (struct sga_error){ 0 };
         pool[n++] = e ? e : pool[random_below(r, 5)];
     }
     root[0] = pool[15];

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 
 enum { MOST = 8 };

@@ -4,6 +4,7 @@
 #include "check.h"
 #include "gram.h"
 #include <flint/fmpq_mpoly.h>
+#include "error.h"
 #include "parse.h"
 
 #include <string.h>

@@ -6,6 +6,7 @@
 
 #include "buf.h"
 #include "check.h"
+#include "error.h"
 #include "mem.h"
 #include "request.h"
 

@@ -6,6 +6,7 @@
 
 #include "buf.h"
 #include "check.h"
+#include "error.h"
 #include "request.h"
 
 #define TRAJECTORY "\"trajectory\":{\"start\":0,\"stop\":2,\"samples\":5,\"initial\":{\"x\":1},\"hold\":[\"x\"],\"outputs\":[\"x\",\"2*x\"],\"integrals\":[\"x^2\"]," \

@@ -4,6 +4,7 @@
 
 #include "buf.h"
 #include "check.h"
+#include "error.h"
 #include "request.h"
 
 #define SYSTEM(variables, equations) "{\"system\":{\"form\":\"equations\",\"sizes\":{\"n\":4,\"m\":2},\"parameters\":{\"k\":1}," \

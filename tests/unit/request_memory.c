@@ -10,6 +10,7 @@
 #include "budget.h"
 #include "buf.h"
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 #include "print.h"
 #include "request.h"

@@ -4,6 +4,7 @@
 
 #include "buf.h"
 #include "check.h"
+#include "error.h"
 #include "parse.h"
 #include "request.h"
 

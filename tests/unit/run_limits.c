@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "error.h"
 #include "run.h"
 
 struct asked { long count, limit; };

@@ -4,6 +4,7 @@
 #include <flint/flint.h>
 
 #include "check.h"
+#include "error.h"
 #include "run.h"
 
 static const char *const request =

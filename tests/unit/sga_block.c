@@ -11,6 +11,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "error.h"
+
 enum { N = 9 };
 
 /* c0 + c1 x_i + c2 x_j with small random integers */

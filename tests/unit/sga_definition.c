@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "check.h"
+#include "error.h"
 #include "facts.h"
 #include "parse.h"
 #include "system.h"

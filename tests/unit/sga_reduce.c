@@ -1,6 +1,7 @@
 /* The reduction of systems whose answers are known: dimensions by generation, A X = alpha and A G = 0 on the final set, constraints
  * and their tangency, and the same in every order of variables and rows. */
 #include "derive.h"
+#include "error.h"
 #include "model.h"
 #include "oracle.h"
 #include "points.h"

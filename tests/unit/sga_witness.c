@@ -1,4 +1,5 @@
 /* The witness: right claims pass at fresh points, claims that are spoilt in any part do not. */
+#include "error.h"
 #include "model.h"
 #include "oracle.h"
 #include "points.h"

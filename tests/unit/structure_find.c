@@ -1,5 +1,6 @@
 /* What the reduction says about the structure: free starts count the dimension and determine the rest, every equation has a role, blocks
  * give every velocity once; the differentiation index of systems in Hessenberg form. */
+#include "error.h"
 #include "model.h"
 #include "oracle.h"
 #include "points.h"

@@ -1,5 +1,6 @@
 /* Symmetries of systems that have known ones: fields and maps that are, that are not, and that move no solution; searches find all of
  * an ansatz, and what they find passes the check. */
+#include "error.h"
 #include "model.h"
 #include "oracle.h"
 #include "points.h"

@@ -4,6 +4,7 @@
 
 #include "check_read.h"
 #include "domain_ends.h"
+#include "error.h"
 #include "tape.h"
 
 static struct expr_store st;

@@ -14,6 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
+
 enum { MOST = 8, SAMPLES = 5 };
 
 struct world {

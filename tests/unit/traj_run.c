@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "error.h"
 #include "oracle.h"
 #include "points.h"
 #include "system.h"

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "error.h"
 #include "integrate.h"
 #include "oracle.h"
 #include "points.h"

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "error.h"
 #include "oracle.h"
 #include "points.h"
 #include "reduction.h"

@@ -2,6 +2,7 @@
 #include "ask.h"
 
 #include "ask_work.h"
+#include "error.h"
 #include "linear_least.h"
 #include "linear_symbolic.h"
 #include "request.h"

@@ -357,7 +357,7 @@ static bool write(struct symbolic *y)
     write_given(y, doutput);
     write_evidence(y);
     sga_json_end_object(w);
-    return expr_store_ok(y->st) || sga_fail(y->err, y->st->error.code, "%s", y->st->error.detail);
+    return expr_store_ok(y->st) || sga_fail(y->err, y->st->error->code, "%s", y->st->error->detail);
 }
 
 bool linear_symbolic(struct ask_work *s)

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "ask_work.h"
+#include "error.h"
 #include "operator_json.h"
 #include "reduction.h"
 #include "request.h"

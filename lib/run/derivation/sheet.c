@@ -8,6 +8,7 @@
 #include "arena.h"
 #include "buf.h"
 #include "derive.h"
+#include "error.h"
 #include "job_texts.h"
 #include "lines.h"
 #include "math_name.h"

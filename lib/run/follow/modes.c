@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "buf.h"
+#include "error.h"
 #include "events_of.h"
 #include "oracle.h"
 #include "points.h"

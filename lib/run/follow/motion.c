@@ -9,6 +9,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "events_of.h"
 #include "follow.h"
 #include "integrate.h"

@@ -10,6 +10,7 @@
 #include "arena.h"
 #include "buf.h"
 #include "budget.h"
+#include "error.h"
 #include "guess.h"
 #include "mem.h"
 #include "oracle.h"
@@ -269,7 +270,7 @@ static const struct traj_mode *enter(void *ctx, const int *choice, const struct 
     if (ok)
         make_request(s, m, choice, value, sliding);
     if (ok && !expr_store_ok(st)) {
-        *err = st->error;
+        *err = *st->error;
         ok = false;
     }
     return ok ? &m->mode : NULL;

@@ -8,6 +8,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "cases.h"
+#include "error.h"
 #include "follow.h"
 #include "job_texts.h"
 #include "mem.h"
@@ -306,9 +307,9 @@ static void solve_one(struct job *j, struct stratum *s, int number)
     strata_leave(j, &f);
     if (!expr_store_ok(&j->request->store)) {      /* what is known already can still be written */
         if (s->error.code == SGA_E_OK)
-            s->error = j->request->store.error;
+            s->error = *j->request->store.error;
         s->state = STRATUM_UNSOLVED;
-        j->request->store.error = (struct sga_error){ 0 };
+        *j->request->store.error = (struct sga_error){ 0 };
     }
     j->strata.tree->cancelled |= s->error.code == SGA_E_CANCELLED;
 }

@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "derive.h"
+#include "error.h"
 #include "mem.h"
 #include "poly.h"
 #include "reduction.h"

@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "buf.h"
+#include "error.h"
 #include "reduction.h"
 #include "request.h"
 #include "system.h"

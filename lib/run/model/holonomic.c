@@ -11,6 +11,7 @@
 #include "buf.h"
 #include "derive.h"
 #include "echelon.h"
+#include "error.h"
 #include "facts.h"
 #include "oracle.h"
 #include "reduce.h"

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "from_expr.h"
 #include "mem.h"
 #include "operator.h"

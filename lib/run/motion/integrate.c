@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "buf.h"
+#include "error.h"
 #include "integrate.h"
 #include "operator.h"
 #include "operator_answer.h"

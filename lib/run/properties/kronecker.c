@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "buf.h"
+#include "error.h"
 #include "kronecker_reduced.h"
 #include "pencil.h"
 #include "run_job.h"

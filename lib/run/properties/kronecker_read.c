@@ -11,6 +11,7 @@
 #include "arena.h"
 #include "buf.h"
 #include "derive.h"
+#include "error.h"
 #include "facts.h"
 #include "pencil.h"
 #include "run_job.h"
@@ -135,7 +136,7 @@ void kronecker_read(struct job *j, struct kronecker_system *k)
     struct expr_store *st = &j->request->store;
     const struct sys_system *sys = &j->request->system;
     struct linear_reader r = { .j = j, .k = k };
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     *k = (struct kronecker_system){ .rows = sys->rows + sys->restrictions, .cols = sys->variables };
     expr_facts_init(&r.facts);
     expr_cone_init(&r.cone);
@@ -147,7 +148,7 @@ void kronecker_read(struct job *j, struct kronecker_system *k)
     }
     if (read_rows(&r) && !expr_store_ok(st))
         refuse(k, "the system", "the expressions grew too large");
-    st->error = before;
+    *st->error = before;
     free(r.term);
     free(r.place);
     free(r.active);
@@ -185,7 +186,7 @@ static void replaced(struct job *j, const struct kronecker_system *k, const fmpz
 bool kronecker_pencil(struct job *j, struct kronecker_system *k, const fmpz *value, struct pencil *p)
 {
     struct expr_store *st = &j->request->store;
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     SGA_ARENA(mem);
     expr_id *root = sga_zeros(&mem, (size_t)k->count + 1, sizeof *root);
     bool ok = true;
@@ -193,7 +194,7 @@ bool kronecker_pencil(struct job *j, struct kronecker_system *k, const fmpz *val
     ok = expr_store_ok(st);
     if (!ok)
         refuse(k, "the system", "a coefficient is undefined where the parameters were tried");
-    st->error = before;
+    *st->error = before;
     pencil_init(p, k->rows, k->cols);
     for (int i = 0; i < k->count && ok; i++) {
         const struct kronecker_coefficient *c = k->c + i;

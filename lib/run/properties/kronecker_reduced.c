@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "exact_rank.h"
 #include "flint_ends.h"
 #include "mem.h"

@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "derive.h"
+#include "error.h"
 #include "form.h"
 #include "job_symmetries.h"
 #include "mem.h"
@@ -145,7 +146,7 @@ bool answer_symmetries(struct job *j)
     free(form);
     free(vector);
     if (ok && !expr_store_ok(&j->request->store)) {
-        *j->err = j->request->store.error;
+        *j->err = *j->request->store.error;
         ok = false;
     }
     j->symmetries->has = ok;

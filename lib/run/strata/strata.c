@@ -10,6 +10,7 @@
 #include "cases.h"
 #include "definition.h"
 #include "domain.h"
+#include "error.h"
 #include "facts.h"
 #include "points.h"
 #include "run_job.h"

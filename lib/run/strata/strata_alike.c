@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "cases.h"
+#include "error.h"
 #include "job_texts.h"
 #include "mem.h"
 #include "oracle.h"
@@ -104,7 +105,7 @@ static bool alike(struct listing *l, const struct cases_part *part)
     struct job *j = l->j;
     struct stratum as = { .kind = "parameter", .part = *part };
     struct strata_case at;
-    struct sga_error err = { 0 }, *own = &j->request->store.error, before = *own;
+    struct sga_error err = { 0 }, *own = j->request->store.error, before = *own;
     if (!part->puts || part->open || !printed(j, part) || !strata_case_make(&at, &j->request->system, NULL, &as, &err))
         return false;
     struct reduction_options options = { .seed = SGA_SEED_REDUCTION, .budget = j->budget };

@@ -6,6 +6,7 @@
 
 #include "arena.h"
 #include "cases.h"
+#include "error.h"
 #include "mem.h"
 #include "stratum.h"
 

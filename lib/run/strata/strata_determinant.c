@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "arena.h"
+#include "expr_rows.h"
 #include "run_job.h"
 #include "mem.h"
 #include "poly.h"

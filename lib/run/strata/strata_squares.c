@@ -9,6 +9,7 @@
 
 #include "arena.h"
 #include "domain.h"
+#include "error.h"
 #include "facts.h"
 #include "mem.h"
 #include "oracle.h"

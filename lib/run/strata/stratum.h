@@ -8,6 +8,7 @@
 
 #include "buf.h"
 #include "cases.h"
+#include "error.h"
 
 enum stratum_state { STRATUM_LISTED, STRATUM_SOLVED, STRATUM_EMPTY, STRATUM_MERGED, STRATUM_SAME, STRATUM_UNSOLVED, STRATUM_SKIPPED };
 

@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "buf.h"
+#include "error.h"
 #include "integrate.h"
 #include "jet.h"
 #include "run_job.h"

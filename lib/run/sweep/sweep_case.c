@@ -8,6 +8,7 @@
 
 #include "arena.h"
 #include "differentials.h"
+#include "error.h"
 #include "facts.h"
 #include "run_job.h"
 #include "mem.h"
@@ -282,13 +283,13 @@ bool sweep_case_of(struct sweep_case *c, const struct request *of, const struct 
     expr_copy(&c->store, from, c->node, systems, map);
     bool ok = expr_store_ok(&c->store) && all_defined(c->node, 0, systems, all.node);
     if (!ok)
-        sga_fail(err, c->store.error.code == SGA_E_OK ? SGA_E_EXPR_UNDEFINED : c->store.error.code,
-                 "an expression of the system has no value at these parameters%s%s", c->store.error.code == SGA_E_OK ? "" : ": ",
-                 c->store.error.detail);
+        sga_fail(err, c->store.error->code == SGA_E_OK ? SGA_E_EXPR_UNDEFINED : c->store.error->code,
+                 "an expression of the system has no value at these parameters%s%s", c->store.error->code == SGA_E_OK ? "" : ": ",
+                 c->store.error->detail);
     if (ok && has) {
         expr_copy(&c->store, from, c->node + systems, all.count - systems, map);
         c->solved = expr_store_ok(&c->store) && all_defined(c->node, systems, all.count, all.node);
-        c->store.error = (struct sga_error){ 0 };
+        *c->store.error = (struct sga_error){ 0 };
     }
     const expr_id *end = ok ? place_system(c, s, request, c->node) : NULL;
     assert(!ok || end == c->node + systems);       /* all that was gathered, in the same order */

@@ -10,6 +10,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "buf.h"
+#include "error.h"
 #include "form.h"
 #include "job_texts.h"
 #include "mechanical_answer.h"

@@ -11,6 +11,7 @@
 #include "budget.h"
 #include "buf.h"
 #include "collect.h"
+#include "error.h"
 #include "facts.h"
 #include "mem.h"
 #include "oracle.h"
@@ -80,9 +81,9 @@ void display_sheet_clear(struct sheet *s)
 
 void display_values(struct display *d, expr_id *e, int count)
 {
-    struct sga_error before = d->st.error;
+    struct sga_error before = *d->st.error;
     expr_substitute(&d->st, e, count, d->value);
-    d->st.error = before;
+    *d->st.error = before;
 }
 
 static bool in_name(char c)
@@ -172,7 +173,7 @@ static bool one_factor(struct display *d, const struct poly_limits *limits, expr
 /* As it arose, but for a number in front. */
 static void by_number(struct display *d, struct sheet *s, expr_id scale, int i, struct choice *c)
 {
-    struct sga_error before = d->st.error;
+    struct sga_error before = *d->st.error;
     expr_id e = EXPR_UNDEF;
     if (expr_is_const(&d->st, scale)) {
         fmpq_t number;
@@ -186,7 +187,7 @@ static void by_number(struct display *d, struct sheet *s, expr_id scale, int i, 
         *c = (struct choice){ e, w };
         s->scale[i] = scale;
     }
-    d->st.error = before;
+    *d->st.error = before;
 }
 
 /* By constraint: its tangency is a part of another one. What is the same on others' zeros only has another tangency. */

@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "mem.h"
 #include "oracle.h"
 #include "poly.h"
@@ -98,10 +99,10 @@ static void put_roots(const struct job *j, const struct sga_solution *sol, expr_
 /* Whether x is a number times y, not 0: both functions of the display's store. */
 static bool proportional(struct display *d, expr_id x, expr_id y, const struct poly_limits *limits)
 {
-    struct sga_error before = d->st.error;
+    struct sga_error before = *d->st.error;
     expr_id q = expr_div(&d->st, x, y), normal = EXPR_UNDEF;
     bool ok = q && poly_normal(&d->st, q, limits, &normal) && expr_is_const(&d->st, normal) && !expr_is_zero(&d->st, normal);
-    d->st.error = before;
+    *d->st.error = before;
     return ok;
 }
 
@@ -109,7 +110,7 @@ static bool proportional(struct display *d, expr_id x, expr_id y, const struct p
 static bool same_on_set(struct display *d, expr_id x, expr_id y, const struct poly_limits *limits)
 {
     struct expr_store *st = &d->j->request->store;
-    struct sga_error before = d->st.error, kept = st->error;
+    struct sga_error before = *d->st.error, kept = *st->error;
     if (x == y)
         return true;
     expr_id difference = expr_sub(&d->st, x, y);
@@ -122,8 +123,8 @@ static bool same_on_set(struct display *d, expr_id x, expr_id y, const struct po
         expr_copy(st, &d->st, &difference, 1, none);
         same = difference && expr_store_ok(st) && points_oracle_zero(d->j->oracle, difference).truth == POINTS_ZERO;
     }
-    d->st.error = before;
-    st->error = kept;
+    *d->st.error = before;
+    *st->error = kept;
     return same;
 }
 

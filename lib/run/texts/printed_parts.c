@@ -3,6 +3,7 @@
 
 #include <assert.h>
 
+#include "error.h"
 #include "job_texts.h"
 #include "oracle.h"
 #include "poly.h"
@@ -71,7 +72,7 @@ static expr_id plain_quotient(struct expr_store *st, expr_id x, expr_id y)
 static expr_id times_replaced(struct job *j, const struct sga_constraint *c)
 {
     struct expr_store *st = &j->request->store;
-    struct sga_error before = st->error;
+    struct sga_error before = *st->error;
     expr_id plain = plain_quotient(st, c->replaced, c->expr);
     if (plain)
         return plain;
@@ -81,7 +82,7 @@ static expr_id times_replaced(struct job *j, const struct sga_constraint *c)
     bool ok = q && poly_normal(st, q, &limits, &normal)
               && (expr_is_const(st, normal) ? !expr_is_zero(st, normal)
                   : j->oracle->reals && points_oracle_zero(j->oracle, normal).basis == POINTS_NONZERO_PROVED);
-    st->error = before;
+    *st->error = before;
     return ok ? normal : EXPR_UNDEF;
 }
 

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "form.h"
 #include "run_job.h"
 #include "job_texts.h"
@@ -70,7 +71,7 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
     j->texts->scale = sga_zeros(&j->mem, (size_t)c + 1, sizeof *j->texts->scale);
     j->texts->reduced = sga_zeros(&j->mem, (size_t)c + 1, sizeof *j->texts->reduced);
     for (int i = 0; i < c; i++) {
-        struct sga_error before = d->st.error, kept = st->error;
+        struct sga_error before = *d->st.error, kept = *st->error;
         struct poly_limits limits = poly_limits_of(POLY_READ, j->budget);
         expr_id e = s->scale[i] ? s->scale[i] : expr_int(&d->st, 1), root = s->root[i];
         j->texts->reduced[i] = s->reduced[i];
@@ -85,8 +86,8 @@ static void keep_scales(struct display *d, const struct sheet *own, const struct
             expr_copy(st, &d->st, &e, 1, back);
             j->texts->scale[i] = e;
         }
-        d->st.error = before;
-        st->error = kept;
+        *d->st.error = before;
+        *st->error = kept;
     }
 }
 
@@ -141,7 +142,7 @@ bool answer_texts(struct job *j)
         return sga_fail(j->err, SGA_E_LIMIT_RESULT, "the answer is too large to print (more than 16 MiB); "
                         "ask for less in want, for example [\"index\", \"trajectory\"]");
     if (!expr_store_ok(&j->request->store)) {
-        *j->err = j->request->store.error;
+        *j->err = *j->request->store.error;
         return false;
     }
     return job_goes_on(j);

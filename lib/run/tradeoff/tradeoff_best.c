@@ -14,6 +14,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "run_job.h"
 #include "mem.h"
 #include "request.h"

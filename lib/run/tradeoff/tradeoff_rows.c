@@ -15,6 +15,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "run_job.h"
 #include "mem.h"
 #include "ode.h"

@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "buf.h"
+#include "error.h"
 #include "fit_work.h"
 #include "points_random.h"
 #include "run_job.h"

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "error.h"
 #include "mem.h"
 #include "run_job.h"
 #include "system.h"

@@ -3,6 +3,7 @@
 #define SGA_RUN_FIT_WORK_H
 
 #include "arena.h"
+#include "error.h"
 #include "least_squares.h"
 #include "vary_motion.h"
 

@@ -9,6 +9,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "buf.h"
+#include "error.h"
 #include "mem.h"
 #include "points.h"
 #include "run_job.h"

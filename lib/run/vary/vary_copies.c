@@ -1,4 +1,5 @@
 /* See vary_copies.h. */
+#include "error.h"
 #include "vary_copies.h"
 
 bool vary_copies_make(struct vary_copies *p, const struct variation *v, const struct vary_copied *from, struct sga_error *err)

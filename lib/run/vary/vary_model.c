@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "derive.h"
+#include "error.h"
 #include "events_of.h"
 #include "texts.h"
 #include "guess.h"

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "events_of.h"
 #include "mem.h"
 #include "points.h"

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "mem.h"
 #include "vary_copies.h"
 #include "vary_modes.h"

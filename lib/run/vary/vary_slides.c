@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "mem.h"
 #include "system.h"
 #include "variation.h"

@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "mem.h"
 #include "sweep_case.h"
 #include "system.h"

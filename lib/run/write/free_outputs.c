@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "derive.h"
+#include "error.h"
 #include "oracle.h"
 #include "reduction.h"
 #include "request.h"
@@ -55,7 +56,7 @@ void answer_warn_free_outputs(struct job *j)
 {
     const struct request_trajectory *t = &j->request->trajectory;
     const struct sga_solution *sol = j->solution;
-    struct sga_error before = j->request->store.error;
+    struct sga_error before = *j->request->store.error;
     if (!(j->request->want & REQUEST_TRAJECTORY) || t->rates || t->conditions || !sol->gauge || !sol->free_columns || j->request->system.variables > MOST_VARIABLES || j->request->op.has)
         return;
     assert(sol->field);
@@ -66,5 +67,5 @@ void answer_warn_free_outputs(struct job *j)
             sga_warn(j->budget, SGA_W_FREE_OUTPUT, pointer, "%.100s is not determined by the equations: what is told of it follows from the choice of least norm; say what is free by trajectory.gauge, or "
                      "add the equations that are missing", t->output_text[k]);
     }
-    j->request->store.error = before;      /* an output without a derivative is not this one's matter */
+    *j->request->store.error = before;      /* an output without a derivative is not this one's matter */
 }

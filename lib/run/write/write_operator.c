@@ -2,6 +2,7 @@
 #include "run_job.h"
 
 #include "buf.h"
+#include "error.h"
 #include "operator.h"
 #include "operator_answer.h"
 #include "operator_json.h"

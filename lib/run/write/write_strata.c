@@ -9,6 +9,8 @@
 #include <assert.h>
 #include <string.h>
 
+#include "error.h"
+
 static void write_texts(struct sga_json *w, const struct stratum *s)
 {
     sga_json_array(w);

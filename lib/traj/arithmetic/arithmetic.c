@@ -7,6 +7,7 @@
 
 #include "charts.h"
 #include "endings.h"
+#include "error.h"
 #include "flow.h"
 #include "in_double.h"
 #include "mem.h"

@@ -11,6 +11,7 @@
 
 #include "budget.h"
 #include "crossing_place.h"
+#include "error.h"
 #include "flow.h"
 #include "jacobian.h"
 #include "mem.h"

@@ -12,6 +12,7 @@
 #include "ball.h"
 #include "budget.h"
 #include "enc_tables.h"
+#include "error.h"
 #include "flow.h"
 #include "knots.h"
 #include "mem.h"

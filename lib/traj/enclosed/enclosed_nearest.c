@@ -16,6 +16,7 @@
 #include "ball.h"
 #include "budget.h"
 #include "derive.h"
+#include "error.h"
 #include "flow.h"
 #include "kinds.h"
 #include "mem.h"

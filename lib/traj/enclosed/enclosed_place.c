@@ -6,6 +6,7 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "ball.h"
+#include "error.h"
 #include "field.h"
 #include "flow.h"
 #include "mem.h"

@@ -9,6 +9,7 @@
 #include "ball.h"
 #include "budget.h"
 #include "derive.h"
+#include "error.h"
 #include "field.h"
 #include "flint_ends.h"
 #include "flow.h"

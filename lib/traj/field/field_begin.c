@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "kinds.h"
 #include "mem.h"
 #include "points.h"

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "field.h"
 #include "jacobian.h"
 #include "larger.h"

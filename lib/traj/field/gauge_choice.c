@@ -7,6 +7,8 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
+#include "expr_rows.h"
 #include "facts.h"
 #include "mem.h"
 #include "poly.h"
@@ -261,8 +263,8 @@ void gauge_choice_make(struct gauge_choice *c, const struct sys_system *sys, con
         c->field = b.x;
     else
         free(b.x);
-    if (before && !expr_store_ok(st) && st->error.code != SGA_E_LIMIT_SECONDS)
-        st->error = (struct sga_error){ 0 };     /* a number with too many bits: solved numerically it is none */
+    if (before && !expr_store_ok(st) && st->error->code != SGA_E_LIMIT_SECONDS)
+        *st->error = (struct sga_error){ 0 };     /* a number with too many bits: solved numerically it is none */
     expr_facts_clear(&b.facts);
     free(b.h);
     free(b.used);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "definition.h"
+#include "error.h"
 #include "field.h"
 #include "manifold.h"
 #include "mem.h"

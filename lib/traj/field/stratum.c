@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "derive.h"
+#include "error.h"
 #include "facts.h"
 #include "field.h"
 #include "mem.h"

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "field.h"
 #include "jacobian.h"
 #include "larger.h"

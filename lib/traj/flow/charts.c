@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "lin_sparse.h"
 #include "mem.h"
 #include "oracle.h"

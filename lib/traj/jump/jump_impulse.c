@@ -11,6 +11,7 @@
 #include "arena.h"
 #include "dependent.h"
 #include "derive.h"
+#include "error.h"
 #include "field.h"
 #include "mem.h"
 #include "reduction.h"

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "guard_beside.h"
 #include "field.h"
 #include "jump_impulse.h"

@@ -11,6 +11,7 @@
 #include "arena.h"
 #include "budget.h"
 #include "derive.h"
+#include "error.h"
 #include "field.h"
 #include "mem.h"
 #include "ode.h"
@@ -87,7 +88,7 @@ static struct num_tape *tape_of(struct ways *w, int level, struct sga_error *err
             root[k * (order + 1) + i] = expr_flow_coefficient(&flow, m->sliding[k] < 0 ? m->surface[k] : st->symbol[m->sys->variable[m->sliding[k]].symbol].node, i);
     expr_flow_clear(&flow);
     if (!expr_store_ok(st)) {
-        *err = st->error;
+        *err = *st->error;
         return NULL;
     }
     SGA_FREED int *inputs = field_inputs(m->sys);

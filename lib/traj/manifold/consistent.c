@@ -9,6 +9,7 @@
 
 #include "ball.h"
 #include "budget.h"
+#include "error.h"
 #include "manifold.h"
 #include "mem.h"
 #include "print.h"

@@ -12,6 +12,7 @@
 #include "arena.h"
 #include "ball.h"
 #include "budget.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "jump_pass.h"
 #include "jump_turn.h"
@@ -242,7 +243,7 @@ bool jump_boxed_begin(struct jump_boxed *b, struct jump_piece *q, const struct t
     b->piece.t0 = &b->t;
     b->piece.before = b->before;
     b->piece.columns = b->columns;
-    return expr_store_ok(sys->store) || (*err = sys->store->error, false);
+    return expr_store_ok(sys->store) || (*err = *sys->store->error, false);
 }
 
 /* How many bits too wide, as in enclosed.c. Fills in the errors. */

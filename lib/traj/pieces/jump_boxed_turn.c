@@ -5,6 +5,7 @@
 
 #include "arb_ends.h"
 #include "arena.h"
+#include "error.h"
 #include "field.h"
 #include "flint_ends.h"
 #include "jump_boxed_between.h"

@@ -10,6 +10,7 @@
 #include "arb_ends.h"
 #include "ball.h"
 #include "enclosed.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "jump_turn.h"
 #include "mem.h"
@@ -137,7 +138,7 @@ bool jump_fine_begin(struct jump_fine *f, struct jump_piece *q, const struct tur
     q->q.exact_initial = f->exact;
     q->q.exact_time = f->sample + done;
     assert(done <= samples);
-    return expr_store_ok(st) || (*err = st->error, false);
+    return expr_store_ok(st) || (*err = *st->error, false);
 }
 
 double jump_fine_apart(const char *a, const char *b)

@@ -10,6 +10,7 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "enclosed.h"
+#include "error.h"
 #include "field.h"
 #include "jet.h"
 #include "jump_impulse.h"
@@ -118,7 +119,7 @@ static bool place(struct between *b, struct sga_arena *mem, struct sga_error *er
     q.exact_initial = exact;
     q.arithmetic = TRAJ_DOUBLE_DOUBLE;
     if (!expr_store_ok(st)) {
-        *err = st->error;
+        *err = *st->error;
         return false;
     }
     if (precise_place(j->sys, j->sol, &q, b->x, err))

@@ -5,6 +5,7 @@
 #include "arb_ends.h"
 #include "arena.h"
 #include "derive.h"
+#include "error.h"
 #include "field.h"
 #include "jump_boxed_between.h"
 #include "jump_impulse.h"

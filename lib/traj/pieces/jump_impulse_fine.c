@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "jump_fine.h"
 #include "jump_impulse.h"
 #include "jump_impulse_parts.h"

@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "derive.h"
+#include "error.h"
 #include "field.h"
 #include "jump_fine.h"
 #include "jump_impulse.h"

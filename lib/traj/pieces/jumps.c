@@ -7,6 +7,7 @@
 
 #include "arena.h"
 #include "budget.h"
+#include "error.h"
 #include "jump_boxed.h"
 #include "jump_exact.h"
 #include "jump_fine.h"

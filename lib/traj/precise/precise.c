@@ -13,6 +13,7 @@
 #include "budget.h"
 #include "charts.h"
 #include "collocation.h"
+#include "error.h"
 #include "field.h"
 #include "flow.h"
 #include "mem.h"

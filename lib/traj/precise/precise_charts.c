@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "charts.h"
+#include "error.h"
 #include "field.h"
 #include "flow.h"
 #include "mem.h"

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "flow.h"
 #include "jacobian.h"
 #include "kinds.h"

@@ -9,6 +9,7 @@
 
 #include "budget.h"
 #include "collocation.h"
+#include "error.h"
 #include "field.h"
 #include "flow.h"
 #include "jacobian.h"

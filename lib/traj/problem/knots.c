@@ -9,6 +9,7 @@
 
 #include "arb_ends.h"
 #include "ball.h"
+#include "error.h"
 #include "flint_ends.h"
 #include "mem.h"
 #include "system.h"

@@ -9,6 +9,7 @@
 
 #include "ball.h"
 #include "buf.h"
+#include "error.h"
 #include "mem.h"
 #include "print.h"
 #include "reduction.h"

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "error.h"
 #include "leastnorm.h"
 #include "mem.h"
 #include "points_random.h"

@@ -9,6 +9,7 @@
 
 #include "definition.h"
 #include "edges.h"
+#include "error.h"
 #include "facts.h"
 #include "flow.h"
 #include "mem.h"
@@ -376,5 +377,5 @@ bool defined_initial(const struct defined *d, struct traj_initial *r, struct sga
     free(root);
     r->derivative = rate;
     r->residual = residual;
-    return expr_store_ok(d->sys->store) ? defined_in_doubles(d, r->x, err) : (*err = d->sys->store->error, false);
+    return expr_store_ok(d->sys->store) ? defined_in_doubles(d, r->x, err) : (*err = *d->sys->store->error, false);
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "consistent.h"
+#include "error.h"
 #include "kinds.h"
 #include "manifold.h"
 #include "mem.h"

@@ -9,6 +9,7 @@
 #include "budget.h"
 #include "component_start.h"
 #include "consistent.h"
+#include "error.h"
 #include "jacobian.h"
 #include "mem.h"
 #include "reduction.h"

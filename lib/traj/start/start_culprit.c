@@ -6,6 +6,7 @@
 
 #include "budget.h"
 #include "buf.h"
+#include "error.h"
 #include "start_search.h"
 #include "system.h"
 

@@ -8,6 +8,7 @@
 
 #include "arb_ends.h"
 #include "ball.h"
+#include "error.h"
 #include "manifold.h"
 #include "reduction.h"
 #include "start_search.h"

@@ -4,6 +4,7 @@
 
 #include "arena.h"
 #include "consistent.h"
+#include "error.h"
 #include "flow.h"
 #include "mem.h"
 #include "reduction.h"

@@ -8,6 +8,7 @@
 
 #include "budget.h"
 #include "enclosed.h"
+#include "error.h"
 #include "mem.h"
 #include "reduction.h"
 #include "start_search.h"

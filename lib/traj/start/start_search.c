@@ -9,6 +9,7 @@
 
 #include "budget.h"
 #include "consistent.h"
+#include "error.h"
 #include "kinds.h"
 #include "mem.h"
 #include "reduction.h"
@@ -75,7 +76,7 @@ bool start_search_init(struct start_search *s, const struct sys_system *sys, con
     for (int i = 0; i < rq->relations; i++)
         if (!put_in_rates(s, i, map, err))
             return false;
-    return expr_store_ok(sys->store) || (*err = sys->store->error, false);
+    return expr_store_ok(sys->store) || (*err = *sys->store->error, false);
 }
 
 void start_search_clear(struct start_search *s)

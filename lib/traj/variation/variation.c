@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "derive.h"
+#include "error.h"
 #include "gauge_choice.h"
 #include "mem.h"
 #include "signal.h"
@@ -261,7 +262,7 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
     gauge_choice_clear(&choice);
     free(slope);
     if (ok && !expr_store_ok(sys->store)) {
-        *err = sys->store->error;
+        *err = *sys->store->error;
         ok = false;
     }
     assert(!ok || sys_sane(&v->system));

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "least_tiers.h"
 #include "mem.h"
 #include "reduction.h"
@@ -93,7 +94,7 @@ static bool make_rows(struct looked *q, bool bounded, struct sga_error *err)
     for (int i = 0; i < s->values && ok; i++)
         q->rows.in[q->rows.all + 1 + i] = s->value[i];
     if (!expr_store_ok(s->sys->store))
-        *err = s->sys->store->error;
+        *err = *s->sys->store->error;
     along_end(&a);
     free(slope);
     return ok;

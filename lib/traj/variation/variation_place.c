@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "error.h"
 #include "field.h"
 #include "jacobian.h"
 #include "kinds.h"

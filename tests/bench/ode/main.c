@@ -16,6 +16,7 @@
 
 #include <gsl/gsl_errno.h>
 #include "budget.h"
+#include "error.h"
 #include "exec.h"
 #include "flow.h"
 #include "ode.h"
