@@ -12,6 +12,7 @@
 #include "mem.h"
 #include "oracle.h"
 #include "place_search.h"
+#include "points.h"
 #include "product_routes.h"
 #include "regular.h"
 #include "system.h"

@@ -7,9 +7,11 @@
 #include <string.h>
 
 #include "arena.h"
+#include "components.h"
 #include "error.h"
 #include "facts.h"
 #include "mem.h"
+#include "points.h"
 #include "product_routes.h"
 #include "reduction.h"
 #include "oracle.h"
@@ -89,12 +91,12 @@ struct reduction_options routes_options(const struct routes *r, const struct red
 {
     struct reduction_options own = *options;
     if (place >= 0) {
-    assert(place < r->components.places);
-        own.near = r->components.place[place].x;
+    assert(place < r->components->places);
+        own.near = r->components->place[place].x;
         own.near_given = NULL;
-        own.near_time = r->components.place[place].t;
+        own.near_time = r->components->place[place].t;
         own.near_spread = BESIDE;
-        own.parameter_near = r->components.place[place].parameter;
+        own.parameter_near = r->components->place[place].parameter;
     }
     return own;
 }
@@ -228,11 +230,11 @@ static bool run_one(struct routes *r, const struct sys_system *system, const str
         r->final = final;
         r->verdict = solution->verdict;
         r->best_at = place;
-        r->best_run = explore ? r->components.runs : -1;
+        r->best_run = explore ? r->components->runs : -1;
         copy_route(&r->best, &r->now);
     }
     if (explore)
-        components_note(&r->components, system, options, solution, oracle, place, final, !ok && here.code == SGA_E_SPLIT);
+        components_note(r->components, system, options, solution, oracle, place, final, !ok && here.code == SGA_E_SPLIT);
     r->ended = final >= 0;
     return true;
 }
@@ -270,7 +272,7 @@ static bool unlucky(const struct routes *r)
 /* A place that was not tried yet; near a guess the nearest, until one leads to points. -1: none. */
 static int next_place(const struct routes *r, int variables, const struct reduction_options *options)
 {
-    const struct components *c = &r->components;
+    const struct components *c = r->components;
     int next = -1;
     double least = INFINITY;
     for (int k = 0; k < c->places && !(options->near && (r->final > 0 || (r->final == 0 && !c->runs))); k++) {
@@ -286,6 +288,8 @@ static int next_place(const struct routes *r, int variables, const struct reduct
 bool routes_explore(struct routes *r, const struct sys_system *system, const struct reduction_options *options,
                     struct points_oracle *oracle, struct sga_solution *solution, struct sga_error *err)
 {
+    if (!r->components)
+        r->components = sga_calloc(1, sizeof *r->components);
     bool ok = run_products(r, system, options, oracle, solution, err);
     r->products = r->tried;
     for (int k = 1; k <= RESEEDS && ok && unlucky(r); k++) {
@@ -297,7 +301,7 @@ bool routes_explore(struct routes *r, const struct sys_system *system, const str
     /* each place adds its own run, which may find others */
     int k;
     while (ok && (k = next_place(r, system->variables, options)) >= 0) {
-        r->components.place[k].tried = true;
+        r->components->place[k].tried = true;
         r->now.count = 0;
         routes_restart(oracle, r->seed, solution);
         ok = run_one(r, system, options, k, oracle, solution, err);
@@ -310,14 +314,16 @@ void routes_clear(struct routes *r)
     free(r->now.at);
     free(r->best.at);
     free(r->pivot);
-    components_clear(&r->components);
+    if (r->components)
+        components_clear(r->components);
+    free(r->components);
 }
 
 /* The components that were not taken, where they hold solutions and the answer does not speak of them. The branches of
  * products are listed as such. */
 static void keep_elsewhere(struct routes *r, const struct sys_system *system, const struct reduction_options *options, struct sga_solution *solution)
 {
-    struct components *c = &r->components;
+    struct components *c = r->components;
     size_t variables = (size_t)system->variables;
     solution->elsewhere = sga_calloc((size_t)c->runs + 1, sizeof *solution->elsewhere);
     for (int k = 0; k < c->runs && r->best_run >= 0; k++)

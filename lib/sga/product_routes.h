@@ -3,9 +3,10 @@
 #ifndef SGA_SGA_PRODUCT_ROUTES_H
 #define SGA_SGA_PRODUCT_ROUTES_H
 
-#include "components.h"
 #include "error.h"
 #include "state.h"
+
+struct components;
 
 /* What is known of the routes tried. */
 struct routes {
@@ -17,7 +18,7 @@ struct routes {
     struct sga_error error;    /* the first failure of a branch */
     uint64_t seed;
     bool explore;              /* other components are looked for */
-    struct components components;
+    struct components *components; /* owned; NULL before the first run */
     int best_at, now_at;       /* the place that `best` and `now` are near, or -1 */
     int best_run;              /* its run among the components', or -1 */
     enum sga_verdict verdict;  /* of the best */

@@ -7,11 +7,13 @@
 #include <string.h>
 
 #include "arena.h"
+#include "ball.h"
 #include "error.h"
 #include "mem.h"
 #include "oracle.h"
 #include "print.h"
 #include "reduction.h"
+#include "square.h"
 #include "system.h"
 #include "warnings.h"
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "arithmetic.h"
 #include "budget.h"
 #include "charts.h"
@@ -13,7 +14,9 @@
 #include "enclosed.h"
 #include "endings.h"
 #include "error.h"
+#include "field.h"
 #include "flow.h"
+#include "gauge_choice.h"
 #include "given_rows.h"
 #include "inputs.h"
 #include "jumps.h"
@@ -52,7 +55,7 @@ static bool solve_in_charts(struct flow *f, const struct sys_system *sys, const 
     bool had = false;
     size_t n = (size_t)f->n;
     double *start = memcpy(sga_malloc((n + 1) * sizeof *start), r->initial, n * sizeof *start), moved = r->moved;
-    bool ok = field_slope_init(&f->field, err);
+    bool ok = field_slope_init(f->field, err);
     if (ok)
         charts_init(f, sol, rq);
     for (;;) {
@@ -103,7 +106,7 @@ static bool solve_as_reduced(struct flow *f, const struct sys_system *sys, const
 {
     struct sga_error ignored = { 0 };
     struct traj_result again = { .moved = r->moved };
-    if (!f->field.whole || f->n > SGA_MOST_ROWS_ASKED || !ended_by_pivots(r) || !field_as_reduced(&f->field, rq->start, r->initial, &ignored))
+    if (!f->field->whole || f->n > SGA_MOST_ROWS_ASKED || !ended_by_pivots(r) || !field_as_reduced(f->field, rq->start, r->initial, &ignored))
         return true;
     again.initial = memcpy(sga_malloc(((size_t)f->n + 1) * sizeof *again.initial), r->initial, (size_t)f->n * sizeof *again.initial);
     if (!solve_in_charts(f, sys, sol, rq, &again, &ignored) || (again.ended && !again.stratum && fabs(again.ended_t - rq->start) < 0.999 * fabs(r->ended_t - rq->start))) {
@@ -122,7 +125,7 @@ struct beyond { double t, *x; };
 static void look_beyond(struct flow *f, const struct traj_result *r, struct beyond *b)
 {
     static const double AHEAD = 1e-3;         /* of the time passed */
-    struct field *q = &f->field;
+    struct field *q = f->field;
     if (!r->stratum || q->lost_pivot < 0 || q->lost_pivot >= q->sides || q->fell >= 0)
         return;
     size_t n = (size_t)f->n;
@@ -146,7 +149,7 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
     if (ok) {
         r->initial = sga_calloc((size_t)f.n + 1, sizeof *r->initial);
         ok = flow_start(&f, sys, sol, rq, r->initial, &r->moved, err) && flow_given(&f, rq, r->initial, err)
-             && field_begin(&f.field, rq->start, r->initial, err);
+             && field_begin(f.field, rq->start, r->initial, err);
         if (ok && rq->arithmetic == TRAJ_BALL) {
             double begin = sga_cpu();
             ok = enclosed_run(&f, sys, sol, rq, r, err);
@@ -162,7 +165,7 @@ static bool run_as_is(const struct sys_system *sys, const struct sga_solution *s
             r->unit = memcpy(sga_malloc(((size_t)r->columns + 1) * sizeof *r->unit), f.sizes->column, (size_t)r->columns * sizeof *r->unit);
         r->inputs_examined = f.inputs->complete || rq->arithmetic == TRAJ_BALL;
         r->gauge = flow_gauge(&f, rq);
-        r->gauge_numeric = f.field.choice.why;
+        r->gauge_numeric = f.field->choice->why;
     } else if (!err->stage[0]) {
         memcpy(err->stage, "trajectory", 11);
     }

@@ -28,7 +28,7 @@ static int failed(void)
 static bool begin(struct flow *f, const struct sga_solution *s, const struct traj_request *motion, double *x)
 {
     double moved;
-    return flow_start(f, &request.system, s, motion, x, &moved, &err) && field_begin(&f->field, motion->start, x, &err);
+    return flow_start(f, &request.system, s, motion, x, &moved, &err) && field_begin(f->field, motion->start, x, &err);
 }
 
 static bool solve(struct flow *f, const struct traj_request *motion, const struct ode_problem *problem, const double *x)
@@ -74,7 +74,7 @@ int main(int argc, char **argv)
     if (!sga_reduce(&request.system, &options, &oracle, &solution, &err))
         return failed();
     double since = sga_cpu();
-    if (!flow_init(&flow, &request.system, &solution, &motion, &err) || !begin(&flow, &solution, &motion, x) || !field_slope_init(&flow.field, &err))
+    if (!flow_init(&flow, &request.system, &solution, &motion, &err) || !begin(&flow, &solution, &motion, x) || !field_slope_init(flow.field, &err))
         return failed();
     struct ode_problem problem = flow_problem(&flow, &motion);
     double made = sga_cpu() - since;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "budget.h"
+#include "defined.h"
 #include "error.h"
 #include "mem.h"
 #include "run_job.h"
@@ -228,7 +229,7 @@ static bool motion_at(struct fit_work *w, struct fit_experiment *e, const double
     at.initial = e->initial;
     at.x = e->x;
     for (int j = 0; j < e->variation.n; j++)
-        e->variation.guess[j] = e->initial[e->variation.of_defined ? e->variation.defined.variable[j] : j];
+        e->variation.guess[j] = e->initial[e->variation.of_defined ? e->variation.defined->variable[j] : j];
     e->variation.request.single = !w->estimate;
     bool ok = vary_motion_run(to, &w->model, &e->variation, &at, &w->why);
     vary_slides_again(e->slides);

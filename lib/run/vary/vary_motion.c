@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "defined.h"
 #include "error.h"
 #include "mem.h"
 #include "vary_copies.h"
@@ -56,7 +57,7 @@ static bool without_roundings(const struct maker *w, const struct traj_request *
     memcpy(initial, rq->initial, (size_t)w->p->c.system.variables * sizeof *initial);
     any = false;
     for (size_t i = n; i < all; i++) {
-        size_t j = v->of_defined ? (size_t)v->defined.variable[i % n] : i % n;
+        size_t j = v->of_defined ? (size_t)v->defined->variable[i % n] : i % n;
         if (initial[i] != 0 && fabs(initial[i]) < ROUNDED * unit[(i / n - 1) * whole + j]) {
             initial[i] = 0;
             any = true;

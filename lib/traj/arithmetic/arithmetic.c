@@ -8,6 +8,7 @@
 #include "charts.h"
 #include "endings.h"
 #include "error.h"
+#include "field.h"
 #include "flow.h"
 #include "in_double.h"
 #include "mem.h"
@@ -60,7 +61,7 @@ static bool try_precise(struct flow *f, const struct sys_system *sys, const stru
 {
     const char *why;
     struct sga_error ignored = { 0 };
-    double more = r->rounded ? ROUNDED : 1, steps = fmin((double)MOST_STEPS, more * MOST_LENGTH / (50 + num_tape_length(f->field.direct)));
+    double more = r->rounded ? ROUNDED : 1, steps = fmin((double)MOST_STEPS, more * MOST_LENGTH / (50 + num_tape_length(f->field->direct)));
     *fine = (struct traj_result){ .moved = r->moved };
     if (!precise_possible(f, rq, &why) || !rq->exact_time || (double)r->steps > 4 * steps)
         return false;

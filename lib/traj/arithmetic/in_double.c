@@ -9,6 +9,7 @@
 #include "blow_up.h"
 #include "budget.h"
 #include "endings.h"
+#include "field.h"
 #include "flow.h"
 #include "mem.h"
 #include "rows_kept.h"
@@ -65,7 +66,7 @@ static void keep_events(struct flow *f, const struct traj_request *rq, const str
         else
             memcpy(r->happened_value + (size_t)i * columns, x, columns * sizeof *x);
     }
-    field_keep_held(&f->field, o->held, r);
+    field_keep_held(f->field, o->held, r);
     int last = o->happened - 1;
     while (o->end.reason == ODE_EVENT && last > 0 && !rq->event[o->happening[last].event].stop)
         last--;                /* others at once with it */

@@ -9,11 +9,14 @@
 
 #include <gsl/gsl_integration.h>
 
+#include "arena.h"
 #include "budget.h"
 #include "crossing_place.h"
 #include "error.h"
+#include "field.h"
 #include "flow.h"
 #include "jacobian.h"
+#include "manifold.h"
 #include "mem.h"
 #include "reduction.h"
 #include "sizes.h"
@@ -108,13 +111,13 @@ static double apart(const struct way *w, const double *a, const double *b)
 
 static bool onto(const struct way *w, double t, double *x)
 {
-    return manifold_project(&w->f->manifold, t, x, w->scale, NULL, PROJECT, NULL, NULL, NULL);
+    return manifold_project(w->f->manifold, t, x, w->scale, NULL, PROJECT, NULL, NULL, NULL);
 }
 
 /* The field at a point of its own side. */
 static bool value(const struct way *w, double t, const double *x, double *v)
 {
-    struct field *f = &w->f->field;
+    struct field *f = w->f->field;
     f->start_t = t;
     f->beyond = -1;
     return field_eval(f, t, x, v) && f->beyond < 0;
@@ -123,7 +126,7 @@ static bool value(const struct way *w, double t, const double *x, double *v)
 /* The constraints' gradients at a point, for variables in w->unit, c x n, malloced; NULL: they have no values. */
 static double *gradients(const struct way *w, double t, const double *x)
 {
-    struct field *f = &w->f->field;
+    struct field *f = w->f->field;
     size_t n = (size_t)f->n;
     field_load(f, t, x);
     if (!num_jacobian_eval(f->jac, f->in, NULL, f->jac_value))
@@ -139,7 +142,7 @@ static double *gradients(const struct way *w, double t, const double *x)
 /* Their least pivot, each by its largest entry far from the place (size; set where it is 0). */
 static double least_pivot(const struct way *w, double t, const double *x, double *size)
 {
-    int n = w->f->field.n, c = w->f->field.c;
+    int n = w->f->field->n, c = w->f->field->c;
     SGA_FREED double *a = gradients(w, t, x);
     for (int i = 0; i < c && a; i++) {
         double big = 0;
@@ -339,7 +342,7 @@ static bool knot_inside(const struct way *w)
 static bool try_step(struct way *w, const struct scheme *fine, const struct scheme *coarse, struct crossing *c)
 {
     int n = w->f->n;
-    double *other = sga_malloc((size_t)(POINTS + 2) * (size_t)(n + 1) * sizeof *other), *end = other + (size_t)POINTS * (size_t)n, *size = sga_calloc((size_t)w->f->field.c + 1, sizeof *size);
+    double *other = sga_malloc((size_t)(POINTS + 2) * (size_t)(n + 1) * sizeof *other), *end = other + (size_t)POINTS * (size_t)n, *size = sga_calloc((size_t)w->f->field->c + 1, sizeof *size);
     *c = (struct crossing){ .flow = w->f, .n = n, .count = POINTS + 2 };
     c->at = w->at;
     c->from = w->at - w->half;
@@ -397,7 +400,7 @@ static bool take_units(struct way *w)
     SGA_FREED double *a = value(w, t, w->x0, v) ? gradients(w, t, w->x0) : NULL;
     if (!a)
         return false;
-    field_balance(a, w->f->field.c, n, column);
+    field_balance(a, w->f->field->c, n, column);
     for (int j = 0; j < n; j++) {
         way = column[j] > 0 ? fmax(way, fabs(v[j] * w->half) / column[j]) : way;
         place = column[j] > 0 ? fmax(place, fabs(w->x0[j]) / column[j]) : place;
@@ -447,7 +450,7 @@ bool crossing_find(const struct sys_system *sys, const struct sga_solution *sol,
     for (int k = 0; k < LENGTHS && ok && !found && sga_budget_ok(rq->budget, &ignored); k++, w.half *= SHRINK) {
         if (knot_inside(&w) || !look_back(&w, &past))
             continue;
-        ok = w.f->field.rank >= 0 || field_begin(&w.f->field, w.at - w.half, w.x0, &ignored);
+        ok = w.f->field->rank >= 0 || field_begin(w.f->field, w.at - w.half, w.x0, &ignored);
         if (!ok || !take_units(&w))
             continue;
         take_scale(&w);
@@ -470,7 +473,7 @@ void crossing_at(const struct crossing *c, double t, double *x, double *y)
     through(c->n, c->count, c->t, c->x, t, x);
     if (fabs(t - c->at) > MIDDLE * fabs(c->to - c->at)) {
         double *z = memcpy(sga_malloc((size_t)(c->n + 1) * sizeof *z), x, (size_t)c->n * sizeof *z);
-        if (manifold_project(&c->flow->manifold, t, z, NULL, NULL, PROJECT, NULL, NULL, NULL))
+        if (manifold_project(c->flow->manifold, t, z, NULL, NULL, PROJECT, NULL, NULL, NULL))
             memcpy(x, z, (size_t)c->n * sizeof *z);
         free(z);
     }

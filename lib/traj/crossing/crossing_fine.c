@@ -8,8 +8,11 @@
 
 #include "collocation.h"
 #include "error.h"
+#include "field.h"
 #include "flow.h"
 #include "jump_exact.h"
+#include "knots.h"
+#include "manifold.h"
 #include "mem.h"
 #include "sizes.h"
 #include "system.h"
@@ -166,12 +169,12 @@ static void enter_tables(struct crossing_fine *f)
 {
     double direction = f->at < f->p.rq->start ? -1 : 1;
     int piece = 0;
-    for (int k = 0; k < f->p.knots.tables; k++)
-        num_table_fine(f->p.knots.table[k]);
-    while (piece < f->p.knots.count && direction * (fmpq_get_d(f->p.knots.knot + piece) - f->at) < 0)
+    for (int k = 0; k < f->p.knots->tables; k++)
+        num_table_fine(f->p.knots->table[k]);
+    while (piece < f->p.knots->count && direction * (fmpq_get_d(f->p.knots->knot + piece) - f->at) < 0)
         piece++;
-    if (f->p.knots.tables)
-        knots_enter(&f->p.knots, piece);
+    if (f->p.knots->tables)
+        knots_enter(f->p.knots, piece);
 }
 
 bool crossing_fine_find(const struct sys_system *sys, const struct sga_solution *sol, const struct traj_request *rq, const struct crossing *c, struct crossing_fine *f)
@@ -181,11 +184,12 @@ bool crossing_fine_find(const struct sys_system *sys, const struct sga_solution 
     struct sga_error ignored = { 0 };
     double half = c->at - c->from, from_double = INFINITY;
     *f = (struct crossing_fine){ .p = { .flow = c->flow, .sys = sys, .sol = sol, .rq = rq, .n = c->n }, .at = c->at, .error = INFINITY };
-    if (!knots_init(&f->p.knots, sys, rq, &ignored) || !field_slope_init(&c->flow->field, &ignored) || !precise_possible(c->flow, rq, &why) || !(f->p.field = precise_field(&f->p))) {
+    f->p.knots = sga_calloc(1, sizeof *f->p.knots);
+    if (!knots_init(f->p.knots, sys, rq, &ignored) || !field_slope_init(c->flow->field, &ignored) || !precise_possible(c->flow, rq, &why) || !(f->p.field = precise_field(&f->p))) {
         crossing_fine_clear(f);
         return false;
     }
-    f->p.constraint = num_jet2_new(c->flow->manifold.tape, 1);
+    f->p.constraint = num_jet2_new(c->flow->manifold->tape, 1);
     f->p.values = num_jet2_new(f->p.field, 0);
     f->p.output = c->flow->output ? num_jet2_new(c->flow->output, 0) : NULL;
     f->x0 = sga_calloc(n + 1, sizeof *f->x0);
@@ -234,9 +238,13 @@ void crossing_fine_at(struct crossing_fine *f, num_dd t, num_dd *x, num_dd *y)
 
 void crossing_fine_clear(struct crossing_fine *f)
 {
-    knots_leave(&f->p.knots);
-    knots_clear(&f->p.knots);
-    if (f->p.field != f->p.flow->field.plain)
+    if (f->p.knots) {
+        knots_leave(f->p.knots);
+        knots_clear(f->p.knots);
+    }
+    free(f->p.knots);
+    f->p.knots = NULL;
+    if (f->p.field != f->p.flow->field->plain)
         num_tape_free(f->p.field);
     num_jet2_free(f->p.constraint);
     num_jet2_free(f->p.values);

@@ -30,7 +30,7 @@ struct place {
 
 static bool look(struct place *p, const double *z)
 {
-    struct field *f = &p->f->field;
+    struct field *f = p->f->field;
     int n = p->n, c = p->c;
     memset(p->plain, 0, (size_t)c * (size_t)n * sizeof *p->plain);
     field_load(f, z[n - 1], z);
@@ -162,7 +162,7 @@ static bool best_step(struct place *p, const double *z, const double *u, const d
 
 bool crossing_place(struct flow *f, const double *unit, double time, const double *far, double *z)
 {
-    struct place p = { .f = f, .n = f->n + 1, .c = f->field.c };
+    struct place p = { .f = f, .n = f->n + 1, .c = f->field->c };
     size_t n = (size_t)p.n, c = (size_t)p.c;
     double *u = sga_calloc(c + n + 1, sizeof *u), *g = u + c, step = INFINITY, slopes = 0;
     p.unit = sga_malloc((n + 1) * sizeof *p.unit);

@@ -44,8 +44,8 @@ bool enclosed_problem(struct flow *f, const struct sys_system *sys, const struct
                       struct enclose_problem *p, struct sga_error *err)
 {
     int n = f->n, *variable = field_inputs(sys);
-    const struct gauge_choice *choice = &f->field.choice;
-    expr_id *field = memcpy(sga_malloc((size_t)(n + 1) * sizeof *field), f->field.root, (size_t)n * sizeof *field);
+    const struct gauge_choice *choice = f->field->choice;
+    expr_id *field = memcpy(sga_malloc((size_t)(n + 1) * sizeof *field), f->field->root, (size_t)n * sizeof *field);
     int jumps;
     SGA_FREED expr_id *jump = jumping(sys->store, sol, &jumps);
     expr_id *nonzero = sga_malloc((size_t)(sol->sides + sol->pivots + sol->dense_blocks + choice->pivots + jumps + 1) * sizeof *nonzero);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "gauge_choice.h"
 #include "jacobian.h"
 #include "larger.h"
 #include "lin_sparse.h"
@@ -17,6 +18,7 @@
 #include "pole_named.h"
 #include "reduction.h"
 #include "stages.h"
+#include "switches.h"
 #include "system.h"
 #include "tape.h"
 #include "warnings.h"
@@ -57,8 +59,8 @@ static struct num_tape *direct_tape(struct field *f, const struct sga_solution *
     for (int q = 0; q < sol->dense_blocks; q++)
         field_list_add(&l, sol->determinant[q].value);
     f->chosen = l.count - f->n;
-    for (int q = 0; q < f->choice.pivots; q++)
-        field_list_add(&l, f->choice.pivot[q]);
+    for (int q = 0; q < f->choice->pivots; q++)
+        field_list_add(&l, f->choice->pivot[q]);
     f->pivots = l.count - f->n;
     field_find_poles(f, &l);
     f->poles = l.count - f->n - f->pivots;
@@ -99,7 +101,7 @@ static void find_switches(struct field *f, const struct traj_request *rq, const 
         root[at++] = f->rate[k].rate;
     for (int k = 0; k < rq->events; k++)
         root[at++] = rq->event[k].expression;
-    num_switches_find(&f->switches, f->sys->store, root, at);
+    num_switches_find(f->switches, f->sys->store, root, at);
     free(root);
 }
 
@@ -110,17 +112,23 @@ bool field_sane(const struct field *f)
     return lists && lost && f->beyond >= -1 && f->beyond < f->sides && f->generic_rank >= 0 && f->generic_rank <= f->n && f->rank <= f->n;
 }
 
+const struct num_switches *field_switches(const struct field *f)
+{
+    return f->switches->count ? f->switches : NULL;
+}
+
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err)
 {
     int n = sys->variables, c = sol->constraints;
     *f = (struct field){ .solution_side = sol->side, .n = n, .rows = sys->rows, .c = c, .rates = rq->rates, .rate = rq->rate, .guess = rq->initial, .given = rq->given, .valued = rq->valued, .valueds = rq->valueds, .sys = sys, .rank = -1,
-                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .border = -1, .beyond = -1, .generic_rank = n - sol->free_columns };
-    gauge_choice_make(&f->choice, sys, sol, rq);
-    f->fast = !f->choice.why;
-    if (f->choice.field && n > SGA_MOST_ROWS_ASKED && !f->choice.pivots)
+                         .manifold = manifold, .lost_pivot = -1, .lost_pole = -1, .fell = -1, .border = -1, .beyond = -1, .generic_rank = n - sol->free_columns,
+                         .switches = sga_calloc(1, sizeof *f->switches), .choice = sga_calloc(1, sizeof *f->choice) };
+    gauge_choice_make(f->choice, sys, sol, rq);
+    f->fast = !f->choice->why;
+    if (f->choice->field && n > SGA_MOST_ROWS_ASKED && !f->choice->pivots)
         sga_limit_met(rq->budget, SGA_LIMIT_ROWS_ASKED);
-    f->root = f->choice.field ? f->choice.field : sol->field;
+    f->root = f->choice->field ? f->choice->field : sol->field;
     int *inputs = field_inputs(sys);
     expr_id *con = sga_malloc((size_t)(c + 1) * sizeof *con);
     for (int i = 0; i < c; i++)
@@ -159,12 +167,12 @@ bool field_init(struct field *f, const struct sys_system *sys, const struct sga_
 
 void field_keep_held(const struct field *f, const signed char *side, struct traj_result *r)
 {
-    size_t count = side ? (size_t)f->switches.count : 0;
+    size_t count = side ? (size_t)f->switches->count : 0;
     r->helds = (int)count;
     r->held_argument = sga_malloc((count + 1) * sizeof *r->held_argument);
     r->held = sga_malloc(count + 1);
     for (size_t k = 0; k < count; k++) {
-        r->held_argument[k] = f->switches.argument[k];
+        r->held_argument[k] = f->switches->argument[k];
         r->held[k] = side[k];
     }
 }
@@ -196,8 +204,10 @@ void field_clear(struct field *f)
     num_jacobian_free(f->slope);
     num_tape_free(f->plain);
     lin_sparse_free(f->pattern);
-    gauge_choice_clear(&f->choice);
-    num_switches_clear(&f->switches);
+    gauge_choice_clear(f->choice);
+    free(f->choice);
+    num_switches_clear(f->switches);
+    free(f->switches);
     free(f->direct_out);
     free(f->stages);
     free(f->pivot_start);

@@ -2,10 +2,10 @@
 #ifndef SGA_TRAJ_FIELD_H
 #define SGA_TRAJ_FIELD_H
 
-#include "gauge_choice.h"
-#include "switches.h"
 #include "trajectory.h"
 
+struct gauge_choice;
+struct num_switches;
 struct ode_code;
 struct ode_path;
 struct sga_stage_code;
@@ -23,10 +23,10 @@ struct field_sum { int entry, size; };     /* roots of `general` */
 
 struct field {
     int n, rows, c, rates, pivots;
-    struct num_switches switches;     /* of the field, the constraints, the rows and the events, however they are written */
+    struct num_switches *switches;    /* owned, as choice: of the field, the constraints, the rows and the events, however they are written */
     const struct sys_system *sys;
     const struct traj_rate *rate;
-    struct gauge_choice choice;
+    struct gauge_choice *choice;
     const expr_id *root;              /* n: the field as expressions, of choice or of the solution; borrowed */
     int chosen;                       /* pivots from this one on are those of the choice: their zeros end nothing */
     bool fast;                        /* the expressions may be used */
@@ -107,7 +107,7 @@ bool field_general_values(struct field *f);
 bool field_init(struct field *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, struct manifold *manifold, struct sga_error *err);
 /* For tapes; NULL: there are none. */
-static inline const struct num_switches *field_switches(const struct field *f) { return f->switches.count ? &f->switches : NULL; }
+const struct num_switches *field_switches(const struct field *f);
 /* The sides that its switches were held on (side: by switch; NULL: on none), into r. */
 void field_keep_held(const struct field *f, const signed char *side, struct traj_result *r);
 /* As num_tape_hold, for all ways to the field. */

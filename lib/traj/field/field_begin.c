@@ -9,11 +9,13 @@
 
 #include "arena.h"
 #include "error.h"
+#include "gauge_choice.h"
 #include "kinds.h"
 #include "mem.h"
 #include "points.h"
 #include "points_space.h"
 #include "print.h"
+#include "switches.h"
 #include "system.h"
 #include "tape.h"
 #include "warnings.h"
@@ -86,11 +88,11 @@ static const double SAME_FIELD = 1e-9;
  * rates may be 0 on all of Pf, or only here, where they ask less than elsewhere. */
 static bool as_rows(struct field *f, const double *v)
 {
-    if (!f->choice.field || (f->n > ROWS_ASKED && !f->choice.pivots))
+    if (!f->choice->field || (f->n > ROWS_ASKED && !f->choice->pivots))
         return true;
     double *w = sga_calloc((size_t)f->n + 1, sizeof *w);
     int rank = 0;
-    bool same = field_general(f, w, &rank) && rank == f->generic_rank + f->choice.fixed;
+    bool same = field_general(f, w, &rank) && rank == f->generic_rank + f->choice->fixed;
     double size = field_size(f, w);
     for (int j = 0; j < f->n && same; j++)
         same = fabs(v[j] - w[j]) <= SAME_FIELD * size * (f->unit ? f->unit[j] : 1);
@@ -102,12 +104,12 @@ static bool as_rows(struct field *f, const double *v)
 static bool first_value(struct field *f, double t, const double *x, double *v, int *rank)
 {
     bool direct = !f->whole && try_direct(f, t, x, v), rows = direct && as_rows(f, v);
-    *rank = f->generic_rank + f->choice.fixed;
+    *rank = f->generic_rank + f->choice->fixed;
     if (rows)
         return true;
-    if (f->choice.field && (direct || f->choice.pivots)) {
+    if (f->choice->field && (direct || f->choice->pivots)) {
         f->fast = false;
-        f->choice.why = "at the start the rates ask less than elsewhere, or the expressions lose digits";
+        f->choice->why = "at the start the rates ask less than elsewhere, or the expressions lose digits";
     }
     return field_general(f, v, rank);
 }
@@ -167,8 +169,8 @@ static bool loses_digits(struct field *f, double t, const double *x)
 static void begin_whole(struct field *f, double t, const double *x, bool lossy)
 {
     bool dense = f->dense >= WHOLE_BLOCK || lossy, divides = f->fast && f->c && f->pivots;
-    bool may = f->n >= WHOLE_VARIABLES && (dense || divides) && f->generic_rank == f->n && !f->rates && !f->choice.field;
-    if (!may || f->sides || f->poles || f->switches.count || f->whole || f->reduced)
+    bool may = f->n >= WHOLE_VARIABLES && (dense || divides) && f->generic_rank == f->n && !f->rates && !f->choice->field;
+    if (!may || f->sides || f->poles || f->switches->count || f->whole || f->reduced)
         return;
     f->whole = whole_new(f, t, x);
     if (f->whole && !dense && !loses_digits(f, t, x)) {
@@ -215,8 +217,8 @@ bool field_begin(struct field *f, double t, const double *x, struct sga_error *e
             begin_whole(f, t, x, true);
         if ((f->fast || f->whole) && worst > 1e-9 * size && !rounded && field_general(f, v, &rank) && rank == f->rank) {
             f->fast = false;      /* the expressions lose digits here: solve the rows instead */
-            if (f->choice.field)
-                f->choice.why = "the expressions lose digits at the start";
+            if (f->choice->field)
+                f->choice->why = "the expressions lose digits at the start";
             worst = field_rows_miss(f, v, &bad);
         }
         ok = rounded || worst <= 1e-7 * size || (asked && field_rows_rounded(f, v, 1e-7 * size));
@@ -240,7 +242,7 @@ bool field_as_reduced(struct field *f, double t, const double *x, struct sga_err
     whole_free(f->whole);
     f->whole = NULL;
     f->reduced = true;
-    f->fast = !f->choice.why;
+    f->fast = !f->choice->why;
     field_rows_forget(f);
     field_guards_forget(f);
     return field_begin(f, t, x, err);

@@ -9,6 +9,7 @@
 #include "jacobian.h"
 #include "larger.h"
 #include "mem.h"
+#include "switches.h"
 #include "system.h"
 #include "tape.h"
 
@@ -25,7 +26,7 @@ static const double MISSED = 1e-10;
 /* Slopes of right sides at in, by row (of alpha_slope). False: there are none (sides of switches are held). Cost: two tapes where it is asked for first. */
 static bool slopes(struct field *f)
 {
-    if (f->switches.count)
+    if (f->switches->count)
         return false;
     if (!f->alpha_value) {
         struct sga_error ignored = { 0 };

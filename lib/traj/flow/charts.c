@@ -7,13 +7,16 @@
 #include <string.h>
 
 #include "error.h"
+#include "field.h"
 #include "lin_sparse.h"
+#include "manifold.h"
 #include "mem.h"
 #include "oracle.h"
 #include "print.h"
 #include "reduction.h"
 #include "seeds.h"
 #include "sizes.h"
+#include "switches.h"
 #include "system.h"
 #include "tape.h"
 #include "warnings.h"
@@ -38,8 +41,8 @@ struct chart {
     struct sga_solution *solution;     /* where it stays: what was set up for it knows it; NULL in the first */
     struct points_oracle oracle;
     struct flow own;                   /* what else was set up for it; empty in the first */
-    struct manifold manifold;          /* from here on: while it is not in use */
-    struct field field;
+    struct manifold *manifold;         /* from here on: while it is not in use */
+    struct field *field;
     struct series *series;
     struct given *given;
     double *noise;
@@ -60,7 +63,6 @@ static void put_in(struct flow *f, const struct chart *c)
 {
     f->manifold = c->manifold;
     f->field = c->field;
-    f->field.manifold = &f->manifold;
     f->series = c->series;
     f->given = c->given;
     f->noise = c->noise;
@@ -74,8 +76,8 @@ static void go_over(struct flow *f, int to)
     take_out(f, q->chart + q->at);
     put_in(f, q->chart + to);
     q->at = to;
-    assert(to >= 0 && to < q->count && f->field.manifold == &f->manifold);
-    if (f->field.switches.count)
+    assert(to >= 0 && to < q->count && f->field->manifold == f->manifold);
+    if (f->field->switches->count)
         flow_hold(f, q->side);
 }
 
@@ -104,13 +106,13 @@ static double largest(const struct flow *f, const double *x)
 {
     double most = 1;
     for (int j = 0; j < f->n; j++)
-        most = fmax(most, fabs(x[j]) / f->manifold.unit[j]);
+        most = fmax(most, fabs(x[j]) / f->manifold->unit[j]);
     return most;
 }
 
 static const struct field *field_of(const struct flow *f, int k)
 {
-    return k == f->charts->at ? &f->field : &f->charts->chart[k].field;
+    return k == f->charts->at ? f->field : f->charts->chart[k].field;
 }
 
 /* Work space for all, and the sizes of chart k's pivots: where it began. */
@@ -132,19 +134,19 @@ static bool same_there(struct flow *f, int k, double lost, double t, const doubl
     int n = f->n, from = f->charts->at;
     double *y = sga_malloc(3 * ((size_t)n + 1) * sizeof *y), *v = y + n + 1, *w = v + n + 1, moved = 0, left = 0;
     memcpy(y, x, (size_t)n * sizeof *y);
-    bool known = field_eval(&f->field, t, x, v) && lost < NONE_LEFT, ok = known || !f->charts->first->free_columns;
+    bool known = field_eval(f->field, t, x, v) && lost < NONE_LEFT, ok = known || !f->charts->first->free_columns;
     double same = SAME_FIELD + LOST_SURE * lost;
-    field_forget_trial(&f->field);
+    field_forget_trial(f->field);
     go_over(f, k);
-    bool on = !f->manifold.c || manifold_project(&f->manifold, t, y, NULL, NULL, 8, &moved, &left, NULL);      /* roundings of its rows may be larger than those it looks for */
+    bool on = !f->manifold->c || manifold_project(f->manifold, t, y, NULL, NULL, 8, &moved, &left, NULL);      /* roundings of its rows may be larger than those it looks for */
     ok = ok && (on || (left >= 0 && left <= SAME_SET)) && moved <= SAME_SET * largest(f, y);
-    field_load(&f->field, t, y);
-    ok = ok && num_tape_eval(f->field.direct, f->field.in, f->field.direct_out);
-    field_take_sides(&f->field, t, y);
-    ok = ok && field_eval(&f->field, t, y, w);
-    double size = ok && known ? fmax(field_size(&f->field, v), field_size(&f->field, w)) : 0;
+    field_load(f->field, t, y);
+    ok = ok && num_tape_eval(f->field->direct, f->field->in, f->field->direct_out);
+    field_take_sides(f->field, t, y);
+    ok = ok && field_eval(f->field, t, y, w);
+    double size = ok && known ? fmax(field_size(f->field, v), field_size(f->field, w)) : 0;
     for (int j = 0; j < n && ok && known; j++)
-        ok = fabs(v[j] - w[j]) <= same * size * (f->field.unit ? f->field.unit[j] : 1);
+        ok = fabs(v[j] - w[j]) <= same * size * (f->field->unit ? f->field->unit[j] : 1);
     go_over(f, from);
     free(y);
     return ok;
@@ -158,22 +160,22 @@ bool charts_choose(struct flow *f, double t, double *x)
     int pivot, ignored, best = -1;
     if (!q || q->stop)
         return false;
-    double now = smallest(q, q->at, &f->field, t, x, &pivot), least = 0;
-    for (int i = 0; i < f->field.pivots; i++)
+    double now = smallest(q, q->at, f->field, t, x, &pivot), least = 0;
+    for (int i = 0; i < f->field->pivots; i++)
         if (isfinite(q->value[f->n + i]))
             q->chart[q->at].size[i] = fmax(q->chart[q->at].size[i], fabs(q->value[f->n + i]));
-    if (!(now < SHRUNK) || !f->field.fast || (now * CHANGED > q->looked && now < q->looked * CHANGED && ++q->since < LOOK_AGAIN))
+    if (!(now < SHRUNK) || !f->field->fast || (now * CHANGED > q->looked && now < q->looked * CHANGED && ++q->since < LOOK_AGAIN))
         return false;
     q->looked = now;
     q->since = 0;
-    double lost = charts_noise(&q->chart[q->at].exact, &f->field, &f->manifold, t, x);
+    double lost = charts_noise(&q->chart[q->at].exact, f->field, f->manifold, t, x);
     least = lost / BETTER;
     for (int k = 0; k < q->count; k++) {
         struct chart *c = q->chart + k;
-        if (k == q->at || !c->field.fast)
+        if (k == q->at || !c->field->fast)
             continue;
-        double noise = charts_noise(&c->exact, &c->field, &c->manifold, t, x);
-        double other = noise <= AS_GOOD * lost ? smallest(q, k, &c->field, t, x, &ignored) : 0;
+        double noise = charts_noise(&c->exact, c->field, c->manifold, t, x);
+        double other = noise <= AS_GOOD * lost ? smallest(q, k, c->field, t, x, &ignored) : 0;
         /* not to where a pivot comes to 0 as soon; and one on its way there is left in time, whatever it has cost so far */
         if ((noise < least && (other > now || other > SMALL)) || (best < 0 && now < SMALL && other > BETTER * now)) {
             least = noise < least ? noise : least;
@@ -189,12 +191,12 @@ bool charts_choose(struct flow *f, double t, double *x)
     q->change[q->changes++] = (struct charts_change){ t, pivot, q->at };
     go_over(f, best);
     q->looked = 0;
-    if (f->manifold.c)
-        manifold_project(&f->manifold, t, x, NULL, NULL, 8, NULL, NULL, NULL);
-    field_load(&f->field, t, x);
-    num_tape_eval(f->field.direct, f->field.in, f->field.direct_out);
-    field_take_sides(&f->field, t, x);
-    f->field.start_t = NAN;
+    if (f->manifold->c)
+        manifold_project(f->manifold, t, x, NULL, NULL, 8, NULL, NULL, NULL);
+    field_load(f->field, t, x);
+    num_tape_eval(f->field->direct, f->field->in, f->field->direct_out);
+    field_take_sides(f->field, t, x);
+    f->field->start_t = NAN;
     return true;
 }
 
@@ -210,7 +212,7 @@ void charts_begin(struct flow *f)
         return;
     charts_return(f);
     f->charts->looked = 0;
-    f->field.start_t = f->charts->start;       /* sides are taken there anew */
+    f->field->start_t = f->charts->start;       /* sides are taken there anew */
     f->charts->changes = 0;
 }
 
@@ -218,8 +220,8 @@ double charts_lost(struct flow *f)
 {
     struct charts *q = f->charts;
     struct charts_exact own = { 0 }, *e = q ? &q->chart[q->at].exact : &own;
-    bool known = f->field.fast && f->field.plain && (q ? !q->stop : f->manifold.c > 0);
-    double lost = known ? charts_noise(e, &f->field, &f->manifold, f->field.home_t, f->field.home) : 0;
+    bool known = f->field->fast && f->field->plain && (q ? !q->stop : f->manifold->c > 0);
+    double lost = known ? charts_noise(e, f->field, f->manifold, f->field->home_t, f->field->home) : 0;
     charts_exact_clear(&own);
     return lost;
 }
@@ -261,11 +263,11 @@ static void join_patterns(struct flow *f)
 bool charts_slope(struct flow *f, double t, const double *x, double *value)
 {
     const struct charts *q = f->charts;
-    int at = 0, own = f->field.pattern->ptr[f->n];
+    int at = 0, own = f->field->pattern->ptr[f->n];
     double *mine = sga_malloc(((size_t)own + 1) * sizeof *mine);
-    bool ok = field_slope(&f->field, t, x, mine);
+    bool ok = field_slope(f->field, t, x, mine);
     for (int k = 0; k < q->at; k++)
-        at += q->chart[k].field.pattern->ptr[f->n];
+        at += q->chart[k].field->pattern->ptr[f->n];
     assert(own <= q->pattern->ptr[f->n]);       /* which is the union of all */
     memset(value, 0, (size_t)q->pattern->ptr[f->n] * sizeof *value);
     for (int e = 0; e < own && ok; e++)
@@ -326,15 +328,15 @@ static bool make(struct flow *f, struct chart *c, const struct sga_solution *fir
     if (!sga_reduce(f->sys, &options, &c->oracle, c->solution, &ignored) || !sga_solution_same_kind(first, c->solution))
         return false;
     bool ok = flow_init(&c->own, f->sys, c->solution, rq, &ignored);
-    if (!ok || !same_switches(&f->field.switches, &c->own.field.switches) || c->own.bands != f->bands)
+    if (!ok || !same_switches(f->field->switches, c->own.field->switches) || c->own.bands != f->bands)
         return false;
-    c->own.manifold.unit = f->sizes->weight;
-    c->own.field.unit = f->field.unit;
-    if (c->own.manifold.c && !manifold_project(&c->own.manifold, t, x, NULL, NULL, 20, NULL, NULL, NULL))
+    c->own.manifold->unit = f->sizes->weight;
+    c->own.field->unit = f->field->unit;
+    if (c->own.manifold->c && !manifold_project(c->own.manifold, t, x, NULL, NULL, 20, NULL, NULL, NULL))
         return false;
-    if (!field_begin(&c->own.field, t, x, &ignored) || !is_new(f, &c->own.field) || !field_slope_init(&c->own.field, &ignored))
+    if (!field_begin(c->own.field, t, x, &ignored) || !is_new(f, c->own.field) || !field_slope_init(c->own.field, &ignored))
         return false;
-    c->own.field.rank = f->field.rank;
+    c->own.field->rank = f->field->rank;
     return true;
 }
 
@@ -352,7 +354,7 @@ static void clear_chart(struct chart *c)
 
 void charts_init(struct flow *f, const struct sga_solution *first, const struct traj_request *rq)
 {
-    if (f->field.deep <= f->field.sides || !f->field.fast || !f->field.plain)
+    if (f->field->deep <= f->field->sides || !f->field->fast || !f->field->plain)
         return;
     struct charts *q = f->charts = sga_calloc(1, sizeof *q);
     q->first = first;
@@ -371,18 +373,18 @@ static double ahead(struct flow *f, int i, double t, const double *x, double s, 
     struct charts *q = f->charts;
     int n = f->n;
     if (s != 0) {
-        if (!field_eval(&f->field, t, x, v))
+        if (!field_eval(f->field, t, x, v))
             return NAN;
         for (int j = 0; j < n; j++)
             y[j] = x[j] + 0.5 * s * v[j];
-        if (!field_eval(&f->field, t + 0.5 * s, y, v) && !field_eval(&f->field, t, x, v))
+        if (!field_eval(f->field, t + 0.5 * s, y, v) && !field_eval(f->field, t, x, v))
             return NAN;
-        f->field.lost_pivot = -1;
+        f->field->lost_pivot = -1;
     }
     for (int j = 0; j < n; j++)
         y[j] = q->in[j] = x[j] + (s != 0 ? s * v[j] : 0);
     q->in[n] = t + s;
-    num_tape_eval(f->field.direct, q->in, q->value);
+    num_tape_eval(f->field->direct, q->in, q->value);
     return q->value[n + i];
 }
 
@@ -401,8 +403,8 @@ static bool to_zero(struct flow *f, int pivot, double *t, double *x)
         p0 = p;
         s = next;
     }
-    field_forget_trial(&f->field);
-    f->field.lost_pivot = -1;
+    field_forget_trial(f->field);
+    f->field->lost_pivot = -1;
     bool found = fabs(p) <= AT_ZERO * fabs(from) && s / passed > 0;
     if (found) {
         *t += s;
@@ -426,8 +428,8 @@ static bool add_at(struct flow *f, double zero, const double *at_zero, double t,
     struct chart *c = q->chart + q->count++;
     flow_code(&c->own, q->rq);
     take_out(&c->own, c);
-    c->own.manifold = (struct manifold){ 0 };
-    c->own.field = (struct field){ 0 };
+    c->own.manifold = NULL;
+    c->own.field = NULL;
     c->own.series = NULL;
     c->own.given = NULL;
     c->own.noise = NULL;
@@ -443,7 +445,7 @@ static bool there_is_one(struct flow *f, double t, const double *x)
     int ignored;
     bool any = false;
     for (int k = 0; k < q->count && !any; k++)
-        any = k != q->at && smallest(q, k, &q->chart[k].field, t, x, &ignored) > SMALL;
+        any = k != q->at && smallest(q, k, q->chart[k].field, t, x, &ignored) > SMALL;
     return any;
 }
 
@@ -456,14 +458,14 @@ static void add_ahead(struct flow *f, int pivot, double t, const double *x)
         return;
     }
     size_t n = (size_t)f->n;
-    double *y = sga_malloc(2 * (n + 1) * sizeof *y), *z = y + n + 1, zero = t, start = f->field.start_t;
+    double *y = sga_malloc(2 * (n + 1) * sizeof *y), *z = y + n + 1, zero = t, start = f->field->start_t;
     memcpy(y, x, n * sizeof *y);
     memcpy(z, x, n * sizeof *z);
     if (to_zero(f, pivot, &zero, z) && !there_is_one(f, zero, z)) {
         q->tries++;
         add_at(f, zero, z, t, y);
     }
-    f->field.start_t = start;
+    f->field->start_t = start;
     free(y);
 }
 
@@ -475,10 +477,10 @@ bool charts_add(struct flow *f)
         return false;
     q->stop = false;
     size_t n = (size_t)f->n;
-    double t = f->field.home_t, *x = sga_malloc(2 * (n + 1) * sizeof *x), *place = x + n + 1;
-    memcpy(x, f->field.home, n * sizeof *x);
+    double t = f->field->home_t, *x = sga_malloc(2 * (n + 1) * sizeof *x), *place = x + n + 1;
+    memcpy(x, f->field->home, n * sizeof *x);
     memcpy(place, x, n * sizeof *x);
-    bool ok = (smallest(q, q->at, &f->field, t, x, &pivot) < AT_END || (f->field.lost_pivot >= 0 && f->field.lost_pivot < f->field.deep)) && add_at(f, t, place, t, x);
+    bool ok = (smallest(q, q->at, f->field, t, x, &pivot) < AT_END || (f->field->lost_pivot >= 0 && f->field->lost_pivot < f->field->deep)) && add_at(f, t, place, t, x);
     free(x);
     return ok;
 }

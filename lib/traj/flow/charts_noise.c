@@ -6,7 +6,9 @@
 
 #include "charts.h"
 #include "dd.h"
+#include "field.h"
 #include "jet.h"
+#include "manifold.h"
 #include "mem.h"
 #include "tape.h"
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "budget.h"
+#include "field.h"
 #include "mem.h"
 #include "system.h"
 #include "tape.h"
@@ -27,8 +28,8 @@ bool traj_drift(struct flow *f, const struct traj_request *rq, const double *x, 
 {
     if (!rq->integrals)
         return true;
-    int n = f->n, *inputs = field_inputs(f->field.sys);
-    struct num_tape *tape = num_tape_new(f->field.sys->store, rq->integral, rq->integrals, inputs, n + 1, err);
+    int n = f->n, *inputs = field_inputs(f->field->sys);
+    struct num_tape *tape = num_tape_new(f->field->sys->store, rq->integral, rq->integrals, inputs, n + 1, err);
     free(inputs);
     if (!tape)
         return false;

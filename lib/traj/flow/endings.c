@@ -6,8 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "charts.h"
 #include "endings_far.h"
+#include "field.h"
 #include "impulse.h"
 #include "leap.h"
 #include "mem.h"
@@ -21,14 +23,14 @@
 /* A trajectory that reaches a stratum says what is lost there. */
 static void say_stratum(struct flow *f, struct traj_result *r)
 {
-    SGA_FREED char *text = expr_text(f->sys->store, f->field.lost_pivot < 0 ? EXPR_UNDEF : f->field.pivot_expr[f->field.lost_pivot], 120);
-    r->ended_reason = f->field.contradiction ? "gauge_contradiction" : "stratum";
-    r->stratum = !f->field.contradiction;
-    if (f->field.contradiction)
+    SGA_FREED char *text = expr_text(f->sys->store, f->field->lost_pivot < 0 ? EXPR_UNDEF : f->field->pivot_expr[f->field->lost_pivot], 120);
+    r->ended_reason = f->field->contradiction ? "gauge_contradiction" : "stratum";
+    r->stratum = !f->field->contradiction;
+    if (f->field->contradiction)
         snprintf(r->ended_detail, sizeof r->ended_detail, "the rates asked for contradict the equations beyond this time");
-    else if (f->field.lost_pivot >= 0)
-        snprintf(r->ended_detail, sizeof r->ended_detail, f->field.lost_pivot < f->field.sides
-                 ? f->field.solution_side[f->field.lost_pivot].unseen
+    else if (f->field->lost_pivot >= 0)
+        snprintf(r->ended_detail, sizeof r->ended_detail, f->field->lost_pivot < f->field->sides
+                 ? f->field->solution_side[f->field->lost_pivot].unseen
                    ? "the constraints were found on one side of %s = 0 only: no point of them was found beyond it, so what they say there is not known"
                    : "the constraints were found on one side of %s = 0 only: beyond it they say something else"
                  : "the rank of the equations drops where %s = 0: the motion is not determined beyond", text);
@@ -43,7 +45,7 @@ static const double ROUNDED = 1e-11;
 /* A denominator that came to 0 is named. */
 static void say_pole(struct flow *f, bool grows, const char *how, struct traj_result *r)
 {
-    SGA_FREED char *text = expr_text(f->sys->store, f->field.pole_expr[f->field.lost_pole], 120);
+    SGA_FREED char *text = expr_text(f->sys->store, f->field->pole_expr[f->field->lost_pole], 120);
     size_t before = grows ? strlen(r->ended_detail) : 0;
     snprintf(r->ended_detail + before, sizeof r->ended_detail - before,
              "%sthe equations divide by %s, which %s: the motion is not determined beyond", grows ? "; " : "", text, how);
@@ -52,7 +54,7 @@ static void say_pole(struct flow *f, bool grows, const char *how, struct traj_re
 /* The same where no step has come to its other side. */
 static void tends_to_pole(struct flow *f, int pole, bool grows, struct traj_result *r)
 {
-    f->field.lost_pole = pole;
+    f->field->lost_pole = pole;
     r->ended_reason = "blow_up";
     say_pole(f, grows, "tends to 0", r);
 }
@@ -62,7 +64,7 @@ static void tends_to_stratum(struct flow *f, const struct traj_request *rq, int 
 {
     if (endings_far(f, rq, r) || endings_grows_with(f, rq, pivot, r))
         return;
-    SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
+    SGA_FREED char *text = expr_text(f->sys->store, f->field->pivot_expr[pivot], 120);
     endings_at_zero(f, rq, pivot, ENDINGS_NEAR, r);
     r->ended_reason = "stratum";
     r->stratum = true;
@@ -76,7 +78,7 @@ static const double BESIDE = 1e-4;
  * which for a square root is twice too far. */
 static void say_rank(struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
-    struct field *field = &f->field;
+    struct field *field = f->field;
     int pivot = field->lost_pivot < 0 && !field->contradiction ? field_approaches(field, r->initial, rq->start, r->ended_t, ENDINGS_NEAR, false, NULL) : -1;
     bool passed = pivot < 0 && field->lost_pivot >= field->sides && field->lost_pivot < field->chosen;
     if (pivot >= 0) {
@@ -95,11 +97,11 @@ static void say_rank(struct flow *f, const struct traj_request *rq, struct traj_
 /* A pivot of the gauge choice tends to 0 where it ends, and what grows does so for that. */
 static bool say_rates(struct flow *f, const struct traj_request *rq, double apart, struct traj_result *r)
 {
-    int pivot = f->field.chosen < f->field.pivots ? field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, true, NULL) : -1;
+    int pivot = f->field->chosen < f->field->pivots ? field_approaches(f->field, r->initial, rq->start, r->ended_t, apart, true, NULL) : -1;
     size_t before = strlen(r->ended_detail);
     if (pivot < 0)
         return false;
-    SGA_FREED char *text = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
+    SGA_FREED char *text = expr_text(f->sys->store, f->field->pivot_expr[pivot], 120);
     snprintf(r->ended_detail + before, sizeof r->ended_detail - before, "; the rates asked for divide by %s, which tends to 0", text);
     return true;
 }
@@ -119,10 +121,10 @@ static bool say_steep(struct flow *f, const struct traj_request *rq, struct traj
 static bool look_for_stratum(struct flow *f, const struct traj_request *rq, bool grows, struct traj_result *r)
 {
     double apart = grows ? FIELD_SOON : ENDINGS_NEAR;
-    int pole, pivot = field_approaches(&f->field, r->initial, rq->start, r->ended_t, apart, false, &pole);
+    int pole, pivot = field_approaches(f->field, r->initial, rq->start, r->ended_t, apart, false, &pole);
     if (pivot >= 0)
         tends_to_stratum(f, rq, pivot, r);
-    else if (!(grows && say_rates(f, rq, apart, r)) && pole >= 0 && f->field.lost_pole < 0)
+    else if (!(grows && say_rates(f, rq, apart, r)) && pole >= 0 && f->field->lost_pole < 0)
         tends_to_pole(f, pole, grows, r);
     return pivot >= 0 || pole >= 0;
 }
@@ -184,7 +186,7 @@ static bool say_valued(const struct flow *f, const struct traj_request *rq, stru
 static bool say_border(struct flow *f, const struct traj_request *rq, bool ahead, struct traj_result *r)
 {
     static const double SAME = 1e-6;
-    struct field *field = &f->field;
+    struct field *field = f->field;
     double near = SAME * fabs(r->ended_t - rq->start);
     int border = field->border >= 0 && fabs(field->border_t - r->ended_t) <= near ? field->border : -1;
     if (border < 0 && ahead)
@@ -220,7 +222,7 @@ static bool stays_small(const struct flow *f, const struct traj_result *r)
     double first = 1, last = 0;
     for (int j = 0; j < f->n; j++) {
         first = fmax(first, fabs(r->initial[j]));
-        last = fmax(last, fabs(f->field.home[j]));
+        last = fmax(last, fabs(f->field->home[j]));
     }
     return last <= FAR * first;
 }
@@ -230,10 +232,10 @@ static void explain(struct flow *f, const struct traj_request *rq, enum ode_reas
 {
     if ((reason == ODE_CONSTRAINT_LOST || reason == ODE_LEFT_DOMAIN) && (say_undecided(f, rq, r) || say_impulse(f, r)))
         return;
-    if (f->field.fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field.fell_t - r->ended_t) <= ENDINGS_NEAR * fabs(r->ended_t - rq->start)) {
-        f->field.lost_pivot = f->field.fell;       /* what numbers have come to beside it is no reason of its own */
-        field_fall_refine(&f->field);
-        r->ended_t = f->field.fell_t;
+    if (f->field->fell >= 0 && reason != ODE_SINGULAR && by_numbers(reason) && fabs(f->field->fell_t - r->ended_t) <= ENDINGS_NEAR * fabs(r->ended_t - rq->start)) {
+        f->field->lost_pivot = f->field->fell;       /* what numbers have come to beside it is no reason of its own */
+        field_fall_refine(f->field);
+        r->ended_t = f->field->fell_t;
         if (!endings_far(f, rq, r))
             say_rank(f, rq, r);
         return;
@@ -251,16 +253,16 @@ static void explain(struct flow *f, const struct traj_request *rq, enum ode_reas
     if (reason == ODE_SINGULAR) {
         if (!endings_far(f, rq, r) && !say_steep(f, rq, r))
             say_rank(f, rq, r);
-    } else if (reason == ODE_LEFT_DOMAIN && f->field.lost_pole >= 0)
+    } else if (reason == ODE_LEFT_DOMAIN && f->field->lost_pole >= 0)
         say_pole(f, false, "is 0 here", r);
     else if (reason == ODE_LEFT_DOMAIN || reason == ODE_CONSTRAINT_LOST || reason == ODE_NOT_SMOOTH) {
         if (!look_for_stratum(f, rq, false, r) && reason == ODE_LEFT_DOMAIN)
             say_border(f, rq, true, r);
     }
     else if (reason == ODE_BLOW_UP) {
-        if (f->field.lost_pole < 0 && stays_small(f, r) && say_border(f, rq, true, r))      /* s = log(x) is x' = .. up to the edge, as s' = log(x) is */
+        if (f->field->lost_pole < 0 && stays_small(f, r) && say_border(f, rq, true, r))      /* s = log(x) is x' = .. up to the edge, as s' = log(x) is */
             return;
-        if (f->field.lost_pole >= 0)
+        if (f->field->lost_pole >= 0)
             say_pole(f, true, "is 0 here", r);
         if (!endings_far(f, rq, r))
             look_for_stratum(f, rq, true, r);

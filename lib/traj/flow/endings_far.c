@@ -6,9 +6,11 @@
 #include <string.h>
 
 #include "arena.h"
+#include "field.h"
 #include "flow.h"
 #include "jacobian.h"
 #include "kinds.h"
+#include "manifold.h"
 #include "mem.h"
 #include "ode.h"
 #include "print.h"
@@ -28,7 +30,7 @@ static int grown(const struct flow *f, const double *initial, const unsigned cha
     double most = GROWN;
     int which = -1;
     for (int j = 0; j < f->n; j++) {
-        double by = fabs(f->field.home[j]) / fmax(fabs(initial[j]), f->manifold.unit[j]);
+        double by = fabs(f->field->home[j]) / fmax(fabs(initial[j]), f->manifold->unit[j]);
         far[j] = kind[j] == SYS_ALGEBRAIC && by > GROWN;
         if (far[j] && by > most) {
             most = by;
@@ -55,8 +57,8 @@ static void entry(struct points_row *r, int col, double value)
  * alone. -1: they have no values there. */
 static int rank_of_others(struct flow *f, const unsigned char *far)
 {
-    struct field *field = &f->field;
-    struct manifold *m = &f->manifold;
+    struct field *field = f->field;
+    struct manifold *m = f->manifold;
     memcpy(field->in, field->home, (size_t)f->n * sizeof *field->in);
     field->in[f->n] = field->home_t;
     if (manifold_residual(m, field->home_t, field->home, NULL, NULL) < 0 || !field_general_values(field))
@@ -89,7 +91,7 @@ static int rank_of_others(struct flow *f, const unsigned char *far)
 
 void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, double near, struct traj_result *r)
 {
-    double zero = field_zero_ahead(&f->field, pivot), back = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
+    double zero = field_zero_ahead(f->field, pivot), back = rq->times[rq->samples - 1] < rq->start ? -1 : 1;
     if (fabs(zero - r->ended_t) <= near * fabs(r->ended_t - rq->start) && (!r->rows || back * (zero - r->t[r->rows - 1]) >= 0))
         r->ended_t = zero;
 }
@@ -97,7 +99,7 @@ void endings_at_zero(struct flow *f, const struct traj_request *rq, int pivot, d
 /* How long the variable may go on growing as it does at the last point. */
 static double left_to_grow(struct flow *f, int which)
 {
-    struct field *field = &f->field;
+    struct field *field = f->field;
     SGA_FREED double *v = sga_malloc(2 * ((size_t)f->n + 1) * sizeof *v);
     double *home = v + f->n + 1;
     sga_copy(home, field->home, f->n);
@@ -118,16 +120,16 @@ static void say_grows(struct flow *f, const struct traj_request *rq, int which, 
         r->ended_error += r->ended_error > 0 ? left_to_grow(f, which) : 0;
         return;
     }
-    SGA_FREED char *zero = expr_text(f->sys->store, f->field.pivot_expr[pivot], 120);
+    SGA_FREED char *zero = expr_text(f->sys->store, f->field->pivot_expr[pivot], 120);
     endings_at_zero(f, rq, pivot, ENDINGS_NEAR, r);
     snprintf(r->ended_detail + before, sizeof r->ended_detail - before, ", while %s tends to 0", zero);
 }
 
 bool endings_grows_with(struct flow *f, const struct traj_request *rq, int pivot, struct traj_result *r)
 {
-    int which = field_grows_with(&f->field, pivot, r->initial);
+    int which = field_grows_with(f->field, pivot, r->initial);
     if (which >= 0)
-        say_grows(f, rq, which, f->field.here[which], pivot, r);
+        say_grows(f, rq, which, f->field->here[which], pivot, r);
     return which >= 0;
 }
 
@@ -136,15 +138,15 @@ bool endings_far(struct flow *f, const struct traj_request *rq, struct traj_resu
     SGA_ARENA(mem);
     unsigned char *far = sga_zeros(&mem, 2 * (size_t)f->n + 1, 1), *kind = far + f->n;
     sys_kinds(f->sys, kind);
-    int which = grown(f, r->initial, kind, far), others = f->field.generic_rank;
+    int which = grown(f, r->initial, kind, far), others = f->field->generic_rank;
     for (int j = 0; j < f->n; j++)
         others -= far[j];
     if (which < 0)
         return false;
-    bool stays = f->n <= SGA_MOST_ROWS_ASKED ? field_left_of_others(&f->field, rq->start, r->initial, far, others) > STAYS : rank_of_others(f, far) >= others;
+    bool stays = f->n <= SGA_MOST_ROWS_ASKED ? field_left_of_others(f->field, rq->start, r->initial, far, others) > STAYS : rank_of_others(f, far) >= others;
     if (!stays)
         return false;
-    say_grows(f, rq, which, f->field.home[which], field_approaches(&f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false, NULL), r);
+    say_grows(f, rq, which, f->field->home[which], field_approaches(f->field, r->initial, rq->start, r->ended_t, FIELD_SOON, false, NULL), r);
     return true;
 }
 
@@ -164,7 +166,7 @@ static bool pivots_away(const struct field *f)
 
 bool endings_steep(struct flow *f, const struct traj_request *rq, struct traj_result *r)
 {
-    struct field *field = &f->field;
+    struct field *field = f->field;
     SGA_ARENA(mem);
     double *v = sga_zeros(&mem, 2 * (size_t)f->n + 1, sizeof *v), *home = v + f->n, way = fabs(r->ended_t - rq->start), most = STEEP;
     int which = -1;
@@ -172,7 +174,7 @@ bool endings_steep(struct flow *f, const struct traj_request *rq, struct traj_re
     if (field->contradiction || !field->fast || !field_eval(field, field->home_t, home, v) || !pivots_away(field))
         return false;
     for (int j = 0; j < f->n; j++) {
-        double by = fabs(v[j]) * way / fmax(fmax(fabs(home[j]), fabs(r->initial[j])), f->manifold.unit[j]);
+        double by = fabs(v[j]) * way / fmax(fmax(fabs(home[j]), fabs(r->initial[j])), f->manifold->unit[j]);
         if (by > most) {
             most = by;
             which = j;

@@ -2,13 +2,13 @@
 #ifndef SGA_TRAJ_FLOW_H
 #define SGA_TRAJ_FLOW_H
 
-#include "field.h"
-#include "manifold.h"
 #include "trajectory.h"
 
 struct charts;
+struct field;
 struct given;
 struct inputs;
+struct manifold;
 struct ode_options;
 struct ode_problem;
 struct ode_result;
@@ -18,9 +18,9 @@ struct sizes;
 struct variation_turn;
 
 struct flow {
-    struct manifold manifold;
-    struct field field;
-    struct series *series;        /* owned, as given, inputs, sizes */
+    struct manifold *manifold;    /* owned, as field, series, given, inputs, sizes */
+    struct field *field;
+    struct series *series;
     struct given *given;
     struct num_tape *surface;     /* arguments of the field's switches; inputs: variables, time; NULL: none */
     struct num_tape *band;        /* see bands.h; the same; NULL: none */

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "field.h"
 #include "jacobian.h"
 #include "leap.h"
+#include "manifold.h"
 #include "mem.h"
 #include "tape.h"
 
@@ -25,12 +27,12 @@ static void arguments(struct flow *f, double t, const double *x, double *g)
 /* side[k]: where switch k is at home, turns[k]: it turns there; returns how long it is to the first, or INFINITY. */
 static double turning(struct flow *f, const double *v, double passed, signed char *side, unsigned char *turns)
 {
-    int count = f->field.switches.count, n = f->n;
+    int count = f->field->switches->count, n = f->n;
     double *g = sga_malloc((2 * (size_t)count + (size_t)n + 1) * sizeof *g), *later = g + count, *x = later + count, first = INFINITY;
-    double t = f->field.home_t, h = SOON * passed;
+    double t = f->field->home_t, h = SOON * passed;
     for (int j = 0; j < n; j++)
-        x[j] = f->field.home[j] + h * v[j];
-    arguments(f, t, f->field.home, g);
+        x[j] = f->field->home[j] + h * v[j];
+    arguments(f, t, f->field->home, g);
     arguments(f, t + h, x, later);
     for (int k = 0; k < count; k++) {
         double left = -g[k] / ((later[k] - g[k]) / h);
@@ -74,9 +76,9 @@ static bool outside(double *a, int rows, int columns)
 /* The constraints' jump (c) in units of their largest slopes; m->value holds their derivatives, m->slope these. */
 static bool jumps(struct flow *f, double t, const signed char *before, const signed char *after, double *jump)
 {
-    struct manifold *m = &f->manifold;
+    struct manifold *m = f->manifold;
     double *r = sga_malloc(((size_t)m->c + 1) * sizeof *r);
-    memcpy(m->in, f->field.home, (size_t)f->n * sizeof *m->in);
+    memcpy(m->in, f->field->home, (size_t)f->n * sizeof *m->in);
     m->in[f->n] = t;
     flow_hold(f, before);
     bool ok = num_tape_eval(m->tape, m->in, r);
@@ -96,7 +98,7 @@ static bool sums_hold(struct flow *f, double *row)
     if (!f->leap)
         return true;
     double *A = sga_malloc(((size_t)f->leap->rows * n + 1) * sizeof *A);
-    bool ok = leap_rows(f, f->field.home_t, f->field.home, A);
+    bool ok = leap_rows(f, f->field->home_t, f->field->home, A);
     for (size_t i = 0; i < (size_t)f->leap->rows && ok; i++)
         memcpy(row + i * (n + 1), A + i * n, n * sizeof *row);
     free(A);
@@ -105,8 +107,8 @@ static bool sums_hold(struct flow *f, double *row)
 
 bool impulse_at_end(struct flow *f, double *t, int *constraint, double *jump)
 {
-    struct manifold *m = &f->manifold;
-    int count = f->field.switches.count, n = f->n, free_columns = 0, held = f->leap ? f->leap->rows : 0;
+    struct manifold *m = f->manifold;
+    int count = f->field->switches->count, n = f->n, free_columns = 0, held = f->leap ? f->leap->rows : 0;
     if (!count || !m->c || !f->surface)
         return false;
     size_t wide = (size_t)n + 1;
@@ -115,12 +117,12 @@ bool impulse_at_end(struct flow *f, double *t, int *constraint, double *jump)
     unsigned char *turns = (unsigned char *)after + count;
     int *at = sga_malloc(wide * sizeof *at);
     bool found = false;
-    if (!field_eval(&f->field, f->field.home_t, f->field.home, v))      /* on the surface: what turns by time alone is seen still */
+    if (!field_eval(f->field, f->field->home_t, f->field->home, v))      /* on the surface: what turns by time alone is seen still */
         memset(v, 0, (size_t)n * sizeof *v);
-    double left = turning(f, v, *t - f->field.begin_t, before, turns);
+    double left = turning(f, v, *t - f->field->begin_t, before, turns);
     for (int k = 0; k < count; k++)
         after[k] = (signed char)(turns[k] ? -before[k] : before[k]);
-    if (isfinite(left) && jumps(f, f->field.home_t, before, after, by)) {
+    if (isfinite(left) && jumps(f, f->field->home_t, before, after, by)) {
         for (int j = 0; j < n; j++)
             at[j] = f->moving[j] && !held ? -1 : free_columns++;
         *jump = 0;
@@ -142,7 +144,7 @@ bool impulse_at_end(struct flow *f, double *t, int *constraint, double *jump)
         found = found && sums_hold(f, a + (size_t)m->c * wide) && outside(a, m->c + held, free_columns);
     }
     if (found)
-        *t = f->field.home_t + left;
+        *t = f->field->home_t + left;
     free(by);
     free(before);
     free(at);

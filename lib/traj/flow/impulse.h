@@ -8,7 +8,7 @@
 
 #include "flow.h"
 
-/* Of a motion that ended after its last point f->field.home because the constraints could not be met: whether a switch turns there and
+/* Of a motion that ended after its last point f->field->home because the constraints could not be met: whether a switch turns there and
  * the constraints jump by what only variables that some equation differentiates could take up. *t: when, moved to that time; *constraint: the one that jumps
  * most, *jump: by how much. Cost: constraints squared times variables, once. */
 bool impulse_at_end(struct flow *f, double *t, int *constraint, double *jump);

@@ -9,6 +9,7 @@
 #include "flow.h"
 #include "jacobian.h"
 #include "lin_dense.h"
+#include "manifold.h"
 #include "mem.h"
 #include "ode.h"
 #include "sides.h"
@@ -116,7 +117,7 @@ bool leap_rows(const struct flow *f, double t, const double *x, double *A)
     bool ok = num_tape_eval(l->tape, in, value);
     memset(A, 0, (size_t)l->rows * (size_t)n * sizeof *A);
     for (int k = 0; k < l->entries && ok; k++)
-        A[l->row[k] * n + l->col[k]] += value[k] * f->manifold.unit[l->col[k]];
+        A[l->row[k] * n + l->col[k]] += value[k] * f->manifold->unit[l->col[k]];
     even_rows(A, NULL, l->rows, n);
     free(in);
     return ok;
@@ -172,7 +173,7 @@ static bool eliminate(const struct ramp *p, int rows, double *missed)
 /* d: with the constraints' derivatives along it b (the first c), and in the kernel. False: there is none. */
 static bool direction(struct ramp *p, const double *x)
 {
-    struct manifold *m = &p->f->manifold;
+    struct manifold *m = p->f->manifold;
     int n = m->n, c = m->c, rows = c + p->f->leap->rows;
     struct lin_least least;
     double size = 0, missed;
@@ -197,7 +198,7 @@ static bool direction(struct ramp *p, const double *x)
 /* Constraints and their derivatives at x. */
 static bool constraints(struct ramp *p, const double *x)
 {
-    struct manifold *m = &p->f->manifold;
+    struct manifold *m = p->f->manifold;
     memcpy(m->in, x, (size_t)m->n * sizeof *x);
     m->in[m->n] = p->t;
     return num_jacobian_eval(m->jac, m->in, p->r, m->value);
@@ -208,11 +209,11 @@ static bool rate(void *ctx, double s, const double *x, double *k)
 {
     struct ramp *p = ctx;
     bool ok = sga_watch_ok() && constraints(p, x);
-    for (int i = 0; i < p->f->manifold.c; i++)
+    for (int i = 0; i < p->f->manifold->c; i++)
         p->b[i] = -p->lost[i] * (p->bent && i % 2 ? 2 * s : 1);
     ok = ok && direction(p, x);
     for (int j = 0; j < p->f->n && ok; j++)
-        k[j] = p->d[j] * p->f->manifold.unit[j];
+        k[j] = p->d[j] * p->f->manifold->unit[j];
     return ok;
 }
 
@@ -220,14 +221,14 @@ static double apart(const struct flow *f, const double *x, const double *y)
 {
     double most = 0;
     for (int j = 0; j < f->n; j++)
-        most = fmax(most, fabs(x[j] - y[j]) / (f->manifold.unit[j] + fabs(y[j])));
+        most = fmax(most, fabs(x[j] - y[j]) / (f->manifold->unit[j] + fabs(y[j])));
     return most;
 }
 
 /* Newton's steps in the kernel to where the constraints hold to rounding. */
 static bool polish(struct ramp *p, double *x)
 {
-    struct manifold *m = &p->f->manifold;
+    struct manifold *m = p->f->manifold;
     bool ok = true;
     for (int k = 0; k < POLISH && ok; k++) {
         ok = constraints(p, x);
@@ -253,7 +254,7 @@ static bool ramp_end(struct ramp *p, const double *x, double *end)
     struct ode_result r;
     options.method = "dop853";
     options.rtol = options.atol = SAME;
-    options.unit = p->f->manifold.unit;
+    options.unit = p->f->manifold->unit;
     options.max_steps = MOST_STEPS;
     if (!ode_solve(&problem, &start, &options, &r, NULL))
         return false;
@@ -267,7 +268,7 @@ static bool ramp_end(struct ramp *p, const double *x, double *end)
 
 bool leap_over(struct flow *f, double t, double *x)
 {
-    struct manifold *m = &f->manifold;
+    struct manifold *m = f->manifold;
     if (!f->leap || !m->c)
         return false;
     size_t n = (size_t)m->n, c = (size_t)m->c, rows = c + (size_t)f->leap->rows;

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "field.h"
 #include "flow.h"
 #include "dd.h"
 #include "jet.h"
@@ -21,7 +22,7 @@ static const double SMALL = 1e-3, A_PART = 1e-3;
 /* Raises size and miss (n each) to |X_j| and to how far it is wrong, at x. */
 static void look(struct flow *f, struct num_jet2 *exact, double t, const double *x, double *v, double *size, double *miss)
 {
-    struct field *q = &f->field;
+    struct field *q = f->field;
     for (int j = 0; j < f->n; j++)
         num_jet2_input(exact, j)[0] = num_dd_of(x[j]);
     num_jet2_input(exact, f->n)[0] = num_dd_of(t);
@@ -41,7 +42,7 @@ static void look(struct flow *f, struct num_jet2 *exact, double t, const double 
 static void measure(struct flow *f, double t, const double *x, double *noise)
 {
     int n = f->n;
-    struct num_jet2 *exact = num_jet2_new(f->field.plain, 0);
+    struct num_jet2 *exact = num_jet2_new(f->field->plain, 0);
     double *place = sga_calloc(4 * (size_t)n + 1, sizeof *place), *v = place + n, *size = v + n, *miss = size + n;
     for (int k = 0; k < PLACES; k++) {
         for (int j = 0; j < n; j++)
@@ -57,7 +58,7 @@ static void measure(struct flow *f, double t, const double *x, double *noise)
 bool flow_noise(void *flow, double t, const double *x, double *noise)
 {
     struct flow *f = flow;
-    if (!f->field.fast || !f->field.plain || f->sys->signals)
+    if (!f->field->fast || !f->field->plain || f->sys->signals)
         return false;
     if (!f->noise) {
         f->noise = sga_malloc(((size_t)f->n + 1) * sizeof *f->noise);

@@ -6,9 +6,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "field.h"
 #include "flow.h"
 #include "jacobian.h"
+#include "manifold.h"
 #include "mem.h"
+#include "switches.h"
 #include "system.h"
 #include "tape.h"
 
@@ -19,7 +22,7 @@ static const double SAME = 1e-10, AT_REST = 1e-9, TOGETHER = 1e-7;
 bool variation_turn_init(struct variation_turn *v, const struct flow *f, const struct traj_request *rq, struct sga_error *err)
 {
     const struct traj_turns *q = rq->turns;
-    const struct num_switches *w = field_switches(&f->field);
+    const struct num_switches *w = field_switches(f->field);
     int n = f->n, *inputs = field_inputs(f->sys), switches = w ? w->count : 0;
     assert(q->base * (1 + q->directions) == n);
     *v = (struct variation_turn){ .base = q->base, .directions = q->directions, .surfaces = q->surfaces };
@@ -105,7 +108,7 @@ bool variation_turned(void *ctx, double t, const double *from, const double *bef
     struct variation_turn *v = f->turn;
     size_t n = (size_t)f->n, base = (size_t)v->base;
     bool jumps = false;
-    if (!field_eval(&f->field, t, x, v->after))
+    if (!field_eval(f->field, t, x, v->after))
         return false;
     for (size_t j = 0; j < base; j++)
         jumps |= f->moving[j] && fabs(before[j] - v->after[j]) > SAME * (fabs(before[j]) + fabs(v->after[j]));
@@ -118,12 +121,12 @@ bool variation_turned(void *ctx, double t, const double *from, const double *bef
         to[i] = f->moving[i] ? from[i] : x[i];
     if (jumps)
         ok = num_jacobian_eval(v->jac, at, NULL, v->value) && num_tape_eval(v->slope, at, v->along)
-             && find_times(v, f->field.switches.count, f->n, before, turned);
+             && find_times(v, f->field->switches->count, f->n, before, turned);
     for (size_t d = 0; d < (size_t)v->directions && jumps && ok; d++)
         for (size_t j = 0; j < base; j++)
             if (f->moving[base * (d + 1) + j])
                 to[base * (d + 1) + j] += (before[j] - v->after[j]) * v->before[d];
-    ok = ok && (!f->manifold.c || manifold_jump(&f->manifold, t, to, f->moving));
+    ok = ok && (!f->manifold->c || manifold_jump(f->manifold, t, to, f->moving));
     if (ok)
         sga_copy(x, to, f->n);
     free(at);

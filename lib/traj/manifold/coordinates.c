@@ -9,6 +9,7 @@
 #include "kinds.h"
 #include "manifold.h"
 #include "mem.h"
+#include "normal.h"
 
 static const double DEAR = 1e8;
 /* Rows have 1 as their largest entry. A slope below the first is left to other variables; below the second it is none. */
@@ -84,7 +85,7 @@ bool coordinates_solved(struct manifold *m, const struct sys_system *sys, const 
     a.by_name = sga_malloc((n + 1) * sizeof *a.by_name);
     for (int i = 0; i < m->c; i++)
         for (int k = 0; k < m->cols[i]; k++)
-            a.column[(size_t)m->col[i][k] * c + (size_t)i] = m->step.value[i][k];
+            a.column[(size_t)m->col[i][k] * c + (size_t)i] = m->step->value[i][k];
     classify(&a, sys, rq);
     sys_by_name(sys, a.by_name);
     int left = m->c;

@@ -9,6 +9,7 @@
 #include "jacobian.h"
 #include "larger.h"
 #include "mem.h"
+#include "normal.h"
 #include "reduction.h"
 #include "system.h"
 #include "tape.h"
@@ -52,7 +53,8 @@ bool manifold_init(struct manifold *m, const struct sys_system *sys, const struc
         m->col[i] = m->jac->col + m->jac->start[i];
         m->cols[i] = m->jac->start[i + 1] - m->jac->start[i];
     }
-    normal_init(&m->step, c, n, m->col, m->cols);
+    m->step = sga_calloc(1, sizeof *m->step);
+    normal_init(m->step, c, n, m->col, m->cols);
     if (c > 0 && c <= CHORD_ROWS) {
         m->chord.factor = sga_calloc((size_t)c * (size_t)(c + 5), sizeof *m->chord.factor);
         m->chord.y = m->chord.factor + c * c;
@@ -66,8 +68,9 @@ bool manifold_init(struct manifold *m, const struct sys_system *sys, const struc
 
 void manifold_clear(struct manifold *m)
 {
-    if (m->step.value)
-        normal_clear(&m->step);
+    if (m->step)
+        normal_clear(m->step);
+    free(m->step);
     num_jacobian_free(m->jac);
     num_tape_free(m->tape);
     free(m->in);
@@ -105,7 +108,7 @@ double manifold_residual(struct manifold *m, double t, const double *x, const do
     aim(m);
     m->raw = m->plain = 0;
     for (int i = 0; i < m->c; i++) {
-        double big = 0, slope = 0, *row = m->step.value[i];
+        double big = 0, slope = 0, *row = m->step->value[i];
         const double *value = m->value + m->jac->start[i];
         m->raw = sga_larger(m->raw, fabs(m->r[i]));
         for (int k = 0; k < m->cols[i]; k++) {
@@ -222,7 +225,7 @@ bool manifold_project(struct manifold *m, double t, double *x, const double *sca
         if (ok || k == steps)
             break;
         last = res;
-        int rank = held && m->step.kkt ? normal_basic_step(&m->step, m->r, m->d) : normal_quick_step(&m->step, m->r, m->d);
+        int rank = held && m->step->kkt ? normal_basic_step(m->step, m->r, m->d) : normal_quick_step(m->step, m->r, m->d);
         if (rank == 0)
             break;
         double damp = 1, length = take_step(m, x, scale, held, 1);
@@ -254,7 +257,7 @@ bool manifold_walk(struct manifold *m, double t, double *x, const double *scale,
             return false;
         if (res < 1e-9)
             break;
-        if (normal_step(&m->step, m->r, m->d) == 0)
+        if (normal_step(m->step, m->r, m->d) == 0)
             return false;
         for (int j = 0; j < m->n; j++)
             big = fmax(big, fabs(m->d[j]));
@@ -281,8 +284,8 @@ bool manifold_nearest(struct manifold *m, double t, const double *to, double *x,
             m->shift[j] = held && held[j] ? 0 : (guess[j] - x[j]) / (scale ? scale : m->unit)[j];
         for (int i = 0; i < m->c; i++)
             for (int q = 0; q < m->cols[i]; q++)
-                m->r[i] += m->step.value[i][q] * m->shift[m->col[i][q]];
-        if (normal_step(&m->step, m->r, m->d) == 0 && res > 1e-11)
+                m->r[i] += m->step->value[i][q] * m->shift[m->col[i][q]];
+        if (normal_step(m->step, m->r, m->d) == 0 && res > 1e-11)
             break;
         for (int j = 0; j < n; j++)
             m->d[j] += m->shift[j];

@@ -2,8 +2,9 @@
 #ifndef SGA_TRAJ_MANIFOLD_H
 #define SGA_TRAJ_MANIFOLD_H
 
-#include "normal.h"
+#include <stdbool.h>
 
+struct normal;
 struct num_switches;
 struct sga_error;
 struct sga_solution;
@@ -15,7 +16,7 @@ struct manifold {
     struct num_tape *tape;         /* inputs: variables, time; roots: constraints */
     struct num_jacobian *jac;      /* by variables */
     double *in, *r, *value;        /* n + 1; c; nnz */
-    struct normal step;
+    struct normal *step;           /* owned */
     int **col, *cols;              /* the pattern, by row */
     double *d, *shift;
     double *target;                /* by constraint: what it is to be instead of 0, for manifold_jump; otherwise NULL */
@@ -32,7 +33,7 @@ void manifold_clear(struct manifold *m);
 
 /* Constraint values in m->r, each divided by the largest entry of its scaled gradient, so
  * that it is about a distance in units of `scale` (by variable; NULL: m->unit). Returns the
- * largest, or -1 where they have no value. m->step.value holds the scaled rows, with held
+ * largest, or -1 where they have no value. m->step->value holds the scaled rows, with held
  * columns 0. */
 double manifold_residual(struct manifold *m, double t, const double *x, const double *scale, const unsigned char *held);
 

@@ -10,6 +10,7 @@
 #include "lin_kkt.h"
 #include "lin_sparse.h"
 #include "mem.h"
+#include "normal.h"
 #include "sparse.h"
 #include "watch.h"
 
@@ -56,10 +57,10 @@ static void choose_rows(struct sparse_step *s)
         row[i].col = sga_malloc((size_t)(m->cols[i] + 1) * sizeof(int));
         row[i].val = sga_malloc((size_t)(m->cols[i] + 1) * sizeof(double));
         for (int k = 0; k < m->cols[i]; k++) {
-            if (m->step.value[i][k] == 0)
+            if (m->step->value[i][k] == 0)
                 continue;
             row[i].col[row[i].len] = m->col[i][k];
-            row[i].val[row[i].len++] = m->step.value[i][k];
+            row[i].val[row[i].len++] = m->step->value[i][k];
         }
     }
     struct points_lu lu;
@@ -105,7 +106,7 @@ double sparse_step_find(struct sparse_step *s, double t, const double *x, const 
     pattern(s);
     int at = 0;
     for (int i = 0; i < s->rows; i++) {
-        const double *row = m->step.value[s->row[i]];
+        const double *row = m->step->value[s->row[i]];
         for (int k = 0; k < m->cols[s->row[i]]; k++)
             s->value[at++] = row[k];
         s->r[i] = m->r[s->row[i]];

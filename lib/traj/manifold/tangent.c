@@ -10,6 +10,7 @@
 #include "larger.h"
 #include "leastnorm.h"
 #include "mem.h"
+#include "normal.h"
 #include "watch.h"
 
 /* A residual that no longer falls may be this large, in units of the variables. */
@@ -95,7 +96,7 @@ double tangent_at(struct tangent *t, double time, const double *x)
     for (int i = 0; i < t->c; i++) {
         memset(t->slope, 0, (size_t)t->n * sizeof *t->slope);
         for (int k = 0; k < m->cols[i]; k++)
-            t->slope[m->col[i][k]] = m->step.value[i][k];
+            t->slope[m->col[i][k]] = m->step->value[i][k];
         take_row(t, i, t->slope);
     }
     for (int i = 0; i < t->bars; i++)
@@ -141,7 +142,7 @@ double tangent_normal(struct tangent *t, double *d)
     for (int i = 0; i < t->c; i++) {
         double sum = t->r[i];
         for (int k = 0; k < t->m->cols[i]; k++)
-            sum += t->m->step.value[i][k] * d[t->m->col[i][k]];
+            sum += t->m->step->value[i][k] * d[t->m->col[i][k]];
         left = sga_larger(left, fabs(sum));
     }
     return left;

@@ -7,6 +7,7 @@
 #include "manifold.h"
 #include "mem.h"
 #include "nearest.h"
+#include "normal.h"
 #include "tiers_search.h"
 
 /* Values of points as near as each other, where they are one point. */
@@ -69,7 +70,7 @@ static void edge_on(struct tiers_search *s, double *x)
     tangent_weakest(t, y);
     for (int i = 0; i < m->c; i++)
         for (int k = 0; k < m->cols[i]; k++)
-            off[m->col[i][k]] += kept(s, m->col[i][k]) ? y[i] * m->step.value[i][k] : 0;
+            off[m->col[i][k]] += kept(s, m->col[i][k]) ? y[i] * m->step->value[i][k] : 0;
     for (int j = 0; j < n; j++) {
         s->weight[j] = kept(s, j);
         t->fixed[j] = s->tier[j] < 0 && !kept(s, j);

@@ -10,12 +10,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "budget.h"
 #include "charts.h"
 #include "collocation.h"
 #include "error.h"
 #include "field.h"
 #include "flow.h"
+#include "gauge_choice.h"
+#include "knots.h"
+#include "manifold.h"
 #include "mem.h"
 #include "rows_kept.h"
 #include "sizes.h"
@@ -45,14 +49,14 @@ struct outcome {
 
 bool precise_possible(const struct flow *f, const struct traj_request *rq, const char **why)
 {
-    *why = f->field.choice.why
+    *why = f->field->choice->why
                ? "the gauge choice is solved from the equations at every evaluation, in double arithmetic only (trajectory.gauge_numeric "
                  "says why); fix the gauge by conditions or other rates, or use \"double\""
-           : !f->field.fast || !f->field.plain
+           : !f->field->fast || !f->field->plain
                ? "the field is solved from the equations at every evaluation, as its expressions lose digits at the start; use \"double\""
            : rq->method && strcmp(rq->method, "auto") != 0 && strcmp(rq->method, "taylor") != 0 && strcmp(rq->method, "radau") != 0
                ? "double-double arithmetic integrates by Taylor series and by Radau's formulas; use the method \"taylor\", \"radau\" or \"auto\""
-           : rq->method && strcmp(rq->method, "radau") == 0 && !precise_radau_possible(&f->field)
+           : rq->method && strcmp(rq->method, "radau") == 0 && !precise_radau_possible(f->field)
                ? "the Jacobian is too large and too full for implicit steps in double-double arithmetic; use the method \"taylor\" or \"auto\", or \"double\""
                : NULL;
     return !*why;
@@ -325,7 +329,7 @@ static void keep_events(struct precise *p, const struct outcome *o, struct traj_
             digits[j + 1] = precise_digits(value[j], all ? 0 : beside + 2 * fabs(other[j].hi));
         }
     }
-    field_keep_held(&p->flow->field, o->path.held, r);
+    field_keep_held(p->flow->field, o->path.held, r);
     assert(o->path.reason != ODE_EVENT || o->path.events > 0);
     int last = o->path.events - 1;
     while (o->path.reason == ODE_EVENT && last > 0 && !p->rq->event[o->path.event[last].event].stop)
@@ -340,7 +344,7 @@ static void precise_clear(struct precise *p)
     charts_return(p->flow);
     precise_follow_chart(p);
     precise_charts_clear(p);
-    if (p->field != p->flow->field.plain)
+    if (p->field != p->flow->field->plain)
         num_tape_free(p->field);
     num_jet2_free(p->constraint);
     num_jet2_free(p->output);
@@ -350,7 +354,9 @@ static void precise_clear(struct precise *p)
     num_jet2_free(p->velocity);
     num_radau_free(p->formula);
     precise_turn_free(p->turn);
-    knots_clear(&p->knots);
+    if (p->knots)
+        knots_clear(p->knots);
+    free(p->knots);
     free(p->knot);
     free(p->time);
     free(p->x);
@@ -359,13 +365,14 @@ static void precise_clear(struct precise *p)
 /* The knots of the tables, and tables in double-double. */
 static bool with_tables(struct precise *p, struct sga_error *err)
 {
-    if (!knots_init(&p->knots, p->sys, p->rq, err))
+    p->knots = sga_calloc(1, sizeof *p->knots);
+    if (!knots_init(p->knots, p->sys, p->rq, err))
         return false;
-    for (int k = 0; k < p->knots.tables; k++)
-        num_table_fine(p->knots.table[k]);
-    p->knot = sga_malloc(((size_t)p->knots.count + 1) * sizeof *p->knot);
-    for (int k = 0; k < p->knots.count; k++)
-        p->knot[k] = num_dd_of_fmpq(p->knots.knot + k);
+    for (int k = 0; k < p->knots->tables; k++)
+        num_table_fine(p->knots->table[k]);
+    p->knot = sga_malloc(((size_t)p->knots->count + 1) * sizeof *p->knot);
+    for (int k = 0; k < p->knots->count; k++)
+        p->knot[k] = num_dd_of_fmpq(p->knots->knot + k);
     return true;
 }
 
@@ -379,8 +386,8 @@ bool precise_place(const struct sys_system *sys, const struct sga_solution *sol,
     if (ok) {
         p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
         p.x = sga_calloc((size_t)p.n + 1, sizeof *p.x);
-        p.constraint = num_jet2_new(f.manifold.tape, 1);
-        p.field = f.field.plain;
+        p.constraint = num_jet2_new(f.manifold->tape, 1);
+        p.field = f.field->plain;
         ok = with_tables(&p, err) && precise_start(&p, near, err);
         memcpy(x, p.x, (size_t)p.n * sizeof *x);
         precise_clear(&p);
@@ -399,11 +406,11 @@ bool precise_run(struct flow *f, const struct sys_system *sys, const struct sga_
     charts_return(f);
     p.time = sga_calloc((size_t)rq->samples + 1, sizeof *p.time);
     p.x = sga_calloc((size_t)f->n + 1, sizeof *p.x);
-    p.constraint = num_jet2_new(f->manifold.tape, 1);
+    p.constraint = num_jet2_new(f->manifold->tape, 1);
     p.output = f->output ? num_jet2_new(f->output, 0) : NULL;
     if (rq->events) {
         p.event = num_jet2_new(f->event, 1);
-        p.velocity = num_jet2_new(f->field.plain, 0);
+        p.velocity = num_jet2_new(f->field->plain, 0);
     }
     p.field = precise_field(&p);
     p.turn = precise_turn_new(&p, err);

@@ -9,10 +9,13 @@
 #define SGA_TRAJ_PRECISE_H
 
 #include "jet.h"
-#include "knots.h"
 #include "ode.h"
 
 struct field;
+struct flow;
+struct knots;
+struct traj_request;
+struct traj_result;
 struct precise_turn;
 
 /* What each solution may take. */
@@ -36,7 +39,7 @@ struct precise {
     struct precise_turn *turn;                /* NULL: no derivatives that jump with switches */
     struct num_radau *formula;                /* of the last implicit steps; NULL at first */
     num_dd start, *time, *x;                  /* the samples' times; the consistent start */
-    struct knots knots; num_dd *knot;         /* of the tables, and their times */
+    struct knots *knots; num_dd *knot;        /* of the tables, and their times */
     int solution;                             /* which is made, from 0 */
     struct precise_limits limits;
 };

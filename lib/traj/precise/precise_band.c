@@ -6,6 +6,7 @@
 #include "band.h"
 #include "flow.h"
 #include "mem.h"
+#include "precise.h"
 #include "precise_march.h"
 #include "tape.h"
 

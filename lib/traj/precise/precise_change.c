@@ -6,7 +6,10 @@
 #include "field.h"
 #include "flow.h"
 #include "jacobian.h"
+#include "jet.h"
 #include "mem.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "precise_series.h"
 #include "tape.h"
 
@@ -149,7 +152,7 @@ static double harm(const struct expansions *w, struct precise_march *m)
         return 0;
     double *before = memcpy(sga_malloc((size_t)m->n * sizeof *before), m->fd, (size_t)m->n * sizeof *before);
     precise_flip_pending(m);
-    if (field_eval(&m->p->flow->field, m->there.t.hi, m->xd, m->fd))
+    if (field_eval(m->p->flow->field, m->there.t.hi, m->xd, m->fd))
         for (int j = 0; j < m->n; j++)
             most = fmax(most, fabs(m->fd[j] - before[j]) * time / m->scale[j]);
     precise_flip_pending(m);

@@ -17,6 +17,7 @@
 #include "flow.h"
 #include "lin_sparse.h"
 #include "mem.h"
+#include "precise.h"
 #include "precise_march.h"
 #include "trajectory.h"
 
@@ -48,7 +49,7 @@ static void use(struct precise_march *m, int which)
 void precise_choice_begin(struct precise_march *m)
 {
     const char *name = m->p->rq->method;
-    m->choice.free = (!name || strcmp(name, "auto") == 0) && precise_radau_possible(&m->p->flow->field);
+    m->choice.free = (!name || strcmp(name, "auto") == 0) && precise_radau_possible(m->p->flow->field);
     m->choice.try_at = m->choice.wait = m->choice.look = TRY_AFTER;
     m->choice.asked = name && strcmp(name, "radau") == 0;
     use(m, m->choice.asked ? IMPLICIT : SERIES);
@@ -80,7 +81,7 @@ void precise_choice_end(struct precise_march *m)
 /* The largest |eigenvalue| of the Jacobian here, by a power iteration; INFINITY where it has no value. */
 static double spectral_radius(struct precise_march *m)
 {
-    struct field *f = &m->p->flow->field;
+    struct field *f = m->p->flow->field;
     struct lin_sparse *J = f->pattern;
     int n = m->n, counted = 0;
     double *v = sga_malloc(3 * (size_t)n * sizeof *v), *w = v + n, *x = w + n, growth = 0;

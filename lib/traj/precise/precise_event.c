@@ -10,8 +10,10 @@
 
 #include "flow.h"
 #include "guard_track.h"
+#include "jet.h"
 #include "mem.h"
 #include "ode.h"
+#include "precise.h"
 #include "sizes.h"
 #include "tolerance.h"
 #include "trajectory.h"

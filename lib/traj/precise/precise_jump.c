@@ -3,11 +3,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "flow.h"
 #include "jet.h"
 #include "manifold.h"
 #include "mem.h"
 #include "precise_leap.h"
+#include "precise_march.h"
 #include "precise_series.h"
 
 /* What double found (n), by all digits: what does not jump is exact, and the rest is solved for. */
@@ -41,12 +43,12 @@ bool precise_land(struct precise_march *m)
     enum ode_reason why = m->why;
     for (size_t j = 0; j < n; j++)
         x[j] = old[j].hi;
-    if (f->manifold.c && flow_jump(f, m->here.t.hi, x) && (land_by_parts(m, old, x) || land_by_sums(m, old, x)))
+    if (f->manifold->c && flow_jump(f, m->here.t.hi, x) && (land_by_parts(m, old, x) || land_by_sums(m, old, x)))
         return true;
     memcpy(m->here.x, old, n * sizeof *old);
     for (size_t j = 0; j < n; j++)
         x[j] = old[j].hi;
-    bool valued = f->manifold.c && manifold_residual(&f->manifold, m->here.t.hi, x, NULL, NULL) >= 0;      /* they have values, and none of the points is near */
+    bool valued = f->manifold->c && manifold_residual(f->manifold, m->here.t.hi, x, NULL, NULL) >= 0;      /* they have values, and none of the points is near */
     bool singular = !precise_allowed(m, &m->here) && m->why == ODE_SINGULAR;
     m->why = singular ? ODE_SINGULAR : valued ? ODE_CONSTRAINT_LOST : why;
     return false;

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "flow.h"
 #include "jet.h"
 #include "leap.h"
@@ -94,7 +95,7 @@ static bool solve(struct ramp *r)
 static bool direction(struct ramp *r, const num_dd *x)
 {
     const struct leap *l = r->p->flow->leap;
-    const double *unit = r->p->flow->manifold.unit;
+    const double *unit = r->p->flow->manifold->unit;
     int n = r->n, wide = n + 1;
     num_dd *A = r->a + (size_t)r->c * (size_t)wide;
     if (!sga_watch_ok() || !precise_jacobian(r->p, r->t, x, unit, NULL, r->a))
@@ -123,7 +124,7 @@ static bool direction(struct ramp *r, const num_dd *x)
 static void add(const struct ramp *r, const num_dd *x, num_dd h, const num_dd *v, num_dd *y)
 {
     for (int j = 0; j < r->n; j++)
-        y[j] = num_dd_add(x[j], num_dd_mul(num_dd_mul_d(v[j], r->p->flow->manifold.unit[j]), h));
+        y[j] = num_dd_add(x[j], num_dd_mul(num_dd_mul_d(v[j], r->p->flow->manifold->unit[j]), h));
 }
 
 /* A part of the ramp by m midpoint steps from x, m even: to `end`. work: n. */
@@ -150,7 +151,7 @@ static double apart(const struct ramp *r, const num_dd *x, const num_dd *y)
 {
     double most = 0;
     for (int j = 0; j < r->n; j++)
-        most = fmax(most, fabs(num_dd_sub(x[j], y[j]).hi) / (r->p->flow->manifold.unit[j] + fabs(y[j].hi)));
+        most = fmax(most, fabs(num_dd_sub(x[j], y[j]).hi) / (r->p->flow->manifold->unit[j] + fabs(y[j].hi)));
     return most;
 }
 
@@ -201,7 +202,7 @@ static bool polish(struct ramp *r, num_dd *x)
 /* What each constraint has lost. */
 static bool begin(struct ramp *r, const num_dd *x)
 {
-    struct manifold *m = &r->p->flow->manifold;
+    struct manifold *m = r->p->flow->manifold;
     SGA_FREED double *xd = sga_malloc(((size_t)r->n + 1) * sizeof *xd);
     for (int j = 0; j < r->n; j++)
         xd[j] = x[j].hi;
@@ -215,9 +216,9 @@ static bool begin(struct ramp *r, const num_dd *x)
 bool precise_leap(struct precise *p, num_dd t, num_dd *x, const double *found)
 {
     const struct leap *l = p->flow->leap;
-    if (!l || !p->flow->manifold.c)
+    if (!l || !p->flow->manifold->c)
         return false;
-    size_t n = (size_t)p->n, c = (size_t)p->flow->manifold.c, rows = c + (size_t)l->rows;
+    size_t n = (size_t)p->n, c = (size_t)p->flow->manifold->c, rows = c + (size_t)l->rows;
     struct ramp r = { .p = p, .t = t, .n = p->n, .c = (int)c, .rows = (int)rows, .kernel = num_jet2_new(l->tape, 0) };
     num_dd *all = sga_calloc(rows * (n + 1) + 2 * c + n * (COLUMNS + 4) + 1, sizeof *all), *at = all + rows * (n + 1) + 2 * c + n, *table = at + n;
     r.a = all;
@@ -240,7 +241,7 @@ bool precise_leap(struct precise *p, num_dd t, num_dd *x, const double *found)
     }
     ok = ok && polish(&r, at);
     for (size_t j = 0; j < n && ok; j++)
-        ok = fabs(at[j].hi - found[j]) <= ALIKE * (p->flow->manifold.unit[j] + fabs(found[j]));
+        ok = fabs(at[j].hi - found[j]) <= ALIKE * (p->flow->manifold->unit[j] + fabs(found[j]));
     if (ok)
         memcpy(x, at, n * sizeof *x);
     num_jet2_free(r.kernel);

@@ -4,6 +4,9 @@
 #include <assert.h>
 #include <math.h>
 
+#include "jet.h"
+#include "precise.h"
+
 #define WIDER 8.0              /* times: brackets around a place */
 /* Of a change in a bracket: one that is a jump beside the root. */
 #define MUCH 1e-3

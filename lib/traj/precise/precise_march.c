@@ -13,7 +13,11 @@
 #include "field.h"
 #include "flow.h"
 #include "inputs.h"
+#include "knots.h"
 #include "mem.h"
+#include "ode.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "precise_series.h"
 #include "redundant.h"
 #include "sizes.h"
@@ -36,6 +40,12 @@
 #define LOOK_EVERY 500
 #define LOOKS 4
 #define BEYOND_HOPE 2.0
+
+int precise_parts(const struct precise *p)
+{
+    enum { PARTS = 3 };
+    return 1 + p->solution % PARTS;
+}
 
 void precise_set_scale(struct precise_march *m, const num_dd *x)
 {
@@ -64,7 +74,7 @@ num_dd precise_rest(const struct precise_march *m)
 static num_dd goal(const struct precise_march *m)
 {
     const struct precise *p = m->p;
-    return m->passed_knots < p->knots.count ? p->knot[m->passed_knots] : p->time[p->rq->samples - 1];
+    return m->passed_knots < p->knots->count ? p->knot[m->passed_knots] : p->time[p->rq->samples - 1];
 }
 
 num_dd precise_goal_rest(const struct precise_march *m) { return num_dd_sub(goal(m), m->here.t); }
@@ -77,7 +87,7 @@ num_dd precise_after(const struct precise_march *m, num_dd h)
 /* The field at q in double; or, where that has none by roundings (just inside the domain of a root), a little further on. */
 static bool has_field(struct precise_march *m, const struct precise_point *q)
 {
-    struct field *f = &m->p->flow->field;
+    struct field *f = m->p->flow->field;
     for (int j = 0; j < m->n; j++)
         m->xd[j] = q->x[j].hi;
     bool ok = field_eval(f, q->t.hi, m->xd, m->fd);
@@ -100,10 +110,10 @@ bool precise_allowed(struct precise_march *m, const struct precise_point *q)
         if (!flow_valued(f, q->t.hi, m->xd))
             return false;
         m->why = ODE_CONSTRAINT_LOST;
-        if (!given_hold(f->given, q->t.hi, m->xd, m->scale) || field_follows(&f->field, q->t.hi, m->xd))
+        if (!given_hold(f->given, q->t.hi, m->xd, m->scale) || field_follows(f->field, q->t.hi, m->xd))
             return f->given->broken < 0;
     }
-    m->why = f->field.rank_lost || f->field.contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
+    m->why = f->field->rank_lost || f->field->contradiction ? ODE_SINGULAR : ODE_LEFT_DOMAIN;
     return false;
 }
 
@@ -361,7 +371,7 @@ static double error_of(const void *march, int j)
 static bool goes_on_along(struct precise_march *m)
 {
     struct ode_path path = { .march = m, .t = m->here.t.hi, .h = num_dd_sub(m->there.t, m->here.t).hi, .at = place, .error = error_of, .budget = m->p->rq->budget };
-    if (field_along(&m->p->flow->field, &path))
+    if (field_along(m->p->flow->field, &path))
         return true;
     m->why = ODE_SINGULAR;
     return false;
@@ -370,7 +380,7 @@ static bool goes_on_along(struct precise_march *m)
 /* Whether the field ends for good just beyond the present point, and no sample lies between. */
 static bool over(struct precise_march *m)
 {
-    struct field *f = &m->p->flow->field;
+    struct field *f = m->p->flow->field;
     double t = f->fell_t, near = fmax(AT_ENDING, 0.1 * m->rtol) * fabs(num_dd_sub(m->here.t, m->p->start).hi);
     bool ended = m->why == ODE_SINGULAR && f->over && (t - m->p->time[m->next].hi) * m->direction <= near;
     field_forget_trial(f);
@@ -456,7 +466,7 @@ static bool step(struct precise_march *m, double *cut)
     m->there = before;
     for (int j = 0; j < m->n; j++)
         m->xd[j] = m->here.x[j].hi;
-    field_keep_sides(&m->p->flow->field, m->here.t.hi, m->xd);
+    field_keep_sides(m->p->flow->field, m->here.t.hi, m->xd);
     if (!m->method->accepted(m->state, m))
         return false;
     take_rates(m, size);
@@ -502,7 +512,7 @@ static void march(struct precise *p, double rtol, double atol, bool beside, bool
         path->t = p->time[p->rq->samples - 1].hi;
     precise_choice_end(&m);
     precise_sides_end(&m);
-    knots_leave(&p->knots);
+    knots_leave(p->knots);
     free(states);
     free(m.scale);
 }

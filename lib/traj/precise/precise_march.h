@@ -5,7 +5,11 @@
 #ifndef SGA_TRAJ_PRECISE_MARCH_H
 #define SGA_TRAJ_PRECISE_MARCH_H
 
-#include "precise.h"
+#include "dd.h"
+#include "ode.h"
+
+struct precise;
+struct precise_path;
 
 enum precise_outcome { PRECISE_TAKEN, PRECISE_TOO_LARGE, PRECISE_REFUSED };
 
@@ -91,11 +95,7 @@ struct precise_march {
 };
 
 /* Steps that solutions have in common show no difference of theirs: into so many parts this one divides what is the same way in all. */
-static inline int precise_parts(const struct precise *p)
-{
-    enum { PARTS = 3 };
-    return 1 + p->solution % PARTS;
-}
+int precise_parts(const struct precise *p);
 
 /* precise_march.c. m->scale for a point x. */
 void precise_set_scale(struct precise_march *m, const num_dd *x);

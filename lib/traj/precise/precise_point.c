@@ -45,7 +45,7 @@ bool precise_residuals(struct precise *p, num_dd t, const num_dd *x, int order)
 static double linearise(struct precise *p, num_dd t, const num_dd *x, double *xd, const double *scale,
                         const unsigned char *held, double *raw)
 {
-    struct manifold *m = &p->flow->manifold;
+    struct manifold *m = p->flow->manifold;
     for (int j = 0; j < p->n; j++)
         xd[j] = x[j].hi;
     if (manifold_residual(m, t.hi, xd, scale, held) < 0 || !precise_residuals(p, t, x, 0))
@@ -69,7 +69,7 @@ static double rounding(const struct precise *p, const num_dd *x, const double *s
 {
     double size = 1e-3;
     for (int j = 0; j < p->n; j++)
-        size = fmax(size, fabs(x[j].hi) / (scale ? scale : p->flow->manifold.unit)[j]);
+        size = fmax(size, fabs(x[j].hi) / (scale ? scale : p->flow->manifold->unit)[j]);
     return 2 * NUM_DD_EPSILON * size;
 }
 
@@ -77,7 +77,7 @@ static double rounding(const struct precise *p, const num_dd *x, const double *s
 static bool within_time(struct precise *p, num_dd t, const double *xd)
 {
     static const double MOVE = 0x1p-24, ROUNDINGS = 64;
-    struct manifold *m = &p->flow->manifold;
+    struct manifold *m = p->flow->manifold;
     SGA_FREED double *at = sga_malloc((2 * (size_t)m->c + 1) * sizeof *at);
     double *moved = at + m->c;
     memcpy(m->in, xd, (size_t)p->n * sizeof *xd);
@@ -93,7 +93,7 @@ static bool within_time(struct precise *p, num_dd t, const double *xd)
 bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale, const unsigned char *held,
                      double *moved, double *residual)
 {
-    struct manifold *m = &p->flow->manifold;
+    struct manifold *m = p->flow->manifold;
     *moved = *residual = 0;
     if (m->c == 0)
         return true;
@@ -106,15 +106,15 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
         if (ok || worst < 0 || k == STEPS)
             break;
         last = worst;
-        if ((held && normal_is_sparse(&m->step) ? normal_basic_step(&m->step, m->r, m->d) : normal_step(&m->step, m->r, m->d)) == 0)
+        if ((held && normal_is_sparse(m->step) ? normal_basic_step(m->step, m->r, m->d) : normal_step(m->step, m->r, m->d)) == 0)
             break;
         for (int j = 0; j < p->n; j++)
             if (!held || !held[j])
-                x[j] = num_dd_add_d(x[j], m->d[j] * (scale ? scale : p->flow->manifold.unit)[j]);
+                x[j] = num_dd_add_d(x[j], m->d[j] * (scale ? scale : p->flow->manifold->unit)[j]);
     }
     double sum = 0;
     for (int j = 0; j < p->n; j++)
-        sum += pow(num_dd_sub(x[j], start[j]).hi / (scale ? scale : p->flow->manifold.unit)[j], 2);
+        sum += pow(num_dd_sub(x[j], start[j]).hi / (scale ? scale : p->flow->manifold->unit)[j], 2);
     *moved = p->n ? sqrt(sum / p->n) : 0;
     free(xd);
     free(start);
@@ -123,7 +123,7 @@ bool precise_project(struct precise *p, num_dd t, num_dd *x, const double *scale
 
 bool precise_jacobian(struct precise *p, num_dd t, const num_dd *x, const double *scale, const unsigned char *held, num_dd *J)
 {
-    int n = p->n, c = p->flow->manifold.c;
+    int n = p->n, c = p->flow->manifold->c;
     bool ok = true;
     for (int j = 0; j < n && ok; j++) {
         num_jet2_input(p->constraint, j)[1] = num_dd_of(1);
@@ -178,7 +178,7 @@ static void solve_symmetric(num_dd *G, num_dd *r, num_dd *w, int c)
 /* g (n, in units of scale) less its part normal to the set, in double-double. */
 static void along_set(const struct precise *p, const num_dd *J, const num_dd *g, double *out)
 {
-    int n = p->n, c = p->flow->manifold.c;
+    int n = p->n, c = p->flow->manifold->c;
     num_dd *G = sga_malloc(((size_t)c + 2) * (size_t)c * sizeof *G), *r = G + c * c, *w = r + c;
     for (int i = 0; i < c; i++) {
         r[i] = num_dd_of(0);
@@ -205,7 +205,7 @@ static void along_set(const struct precise *p, const num_dd *J, const num_dd *g,
  * for gradients in double-double. False: it does not settle. */
 static bool nearest(struct precise *p, const num_dd *guess, const double *unit, const struct nearest *q, num_dd *x)
 {
-    int n = p->n, c = p->flow->manifold.c;
+    int n = p->n, c = p->flow->manifold->c;
     num_dd *J = sga_malloc(((size_t)c * (size_t)n + (size_t)n) * sizeof *J), *g = J + c * n;
     double *xd = sga_malloc(3 * (size_t)n * sizeof *xd), *gradient = xd + n, *step = gradient + n, last = INFINITY, moved, residual;
     const unsigned char *fixed = q->t->fixed;
@@ -244,7 +244,7 @@ static bool settle_stage(struct precise *p, const num_dd *guess, const double *x
     signed char *tier = sga_malloc((size_t)n + 1);
     double moved, residual, *weight = sga_malloc((size_t)(n + 1) * sizeof *weight);
     struct tangent t;
-    tangent_init(&t, &p->flow->manifold, unit);
+    tangent_init(&t, p->flow->manifold, unit);
     tiers_of(rq, kind, n, stage, tier);
     for (int j = 0; j < n; j++) {
         t.fixed[j] = tier[j] < 0;
@@ -279,7 +279,7 @@ static bool settle_start(struct precise *p, num_dd *guess, const double *x)
     for (int j = 0; j < n; j++)
         unit[j] = sizes_move(p->flow->sizes, j, rq->initial[j]);
     for (int k = (int)tiers_stage_of(rq, kind, n, x); k < TIERS_STAGES && !ok; k++)
-        if (k == TIERS_KEEP_ALL || p->flow->manifold.c <= DENSE_MOST)
+        if (k == TIERS_KEEP_ALL || p->flow->manifold->c <= DENSE_MOST)
             ok = settle_stage(p, guess, x, unit, kind, (enum tiers_stage)k);
     free(unit);
     free(kind);
@@ -331,7 +331,7 @@ bool precise_start(struct precise *p, const double *x, struct sga_error *err)
 {
     num_dd *guess = sga_malloc((size_t)p->n * sizeof *guess);
     bool ok = exact_values(p, guess, err);
-    if (ok && p->flow->manifold.c == 0) {
+    if (ok && p->flow->manifold->c == 0) {
         for (int j = 0; j < p->n; j++)
             p->x[j] = guess[j];
     } else if (ok && !settle_start(p, guess, x)) {

@@ -14,6 +14,8 @@
 #include "field.h"
 #include "flow.h"
 #include "mem.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "precise_stage_sides.h"
 #include "trajectory.h"
 
@@ -51,7 +53,7 @@ static void *radau_alloc(struct precise_march *m)
 {
     struct radau *r = sga_calloc(1, sizeof *r);
     double tol = m->rtol > 0 ? m->rtol : fmin(1e-3, m->atol);
-    int most = (int)fmin(MOST_STAGES, stage_matrix_most(m->p->flow->field.pattern));
+    int most = (int)fmin(MOST_STAGES, stage_matrix_most(m->p->flow->field->pattern));
     double per_digit = fmax(STAGES_PER_DIGIT_MANY, STAGES_PER_DIGIT * fmin(1, pow((double)FEW / m->n, 0.2)));
     int s = (int)ceil(-log10(tol) * per_digit) + 2;
     r->stages = precise_stages_new(m, s < LEAST_STAGES ? LEAST_STAGES : s > most ? most : s);

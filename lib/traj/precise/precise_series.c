@@ -5,7 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "jet.h"
 #include "mem.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "precise_series.h"
 
 #define LEAST_ORDER 8

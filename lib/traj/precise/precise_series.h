@@ -3,7 +3,10 @@
 #ifndef SGA_TRAJ_PRECISE_SERIES_H
 #define SGA_TRAJ_PRECISE_SERIES_H
 
-#include "precise_march.h"
+#include "dd.h"
+
+struct precise_march;
+struct precise_point;
 
 /* At a point of the march, in s = (time from there) / scale. */
 struct expansion {

@@ -14,12 +14,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
+#include "field.h"
 #include "flow.h"
 #include "jacobian.h"
+#include "jet.h"
 #include "manifold.h"
 #include "mem.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "precise_series.h"
 #include "precise_turn.h"
+#include "switches.h"
 #include "tape.h"
 
 #define AWAKE 1e4              /* roundings: a switch that was not held is off its surface */
@@ -28,7 +34,7 @@
 void precise_sides_begin(struct precise_march *m)
 {
     struct precise_sides *q = &m->sides;
-    size_t c = (size_t)(q->count = m->p->flow->field.switches.count);
+    size_t c = (size_t)(q->count = m->p->flow->field->switches->count);
     if (!c)
         return;
     q->side = sga_calloc(2 * c, 1);
@@ -53,10 +59,10 @@ void precise_hold(struct precise_march *m)
     if (p->series)
         num_jet2_hold(p->series, p->field);
     if (p->values)
-        num_jet2_hold(p->values, p->flow->field.plain);
-    num_jet2_hold(p->constraint, p->flow->manifold.tape);
+        num_jet2_hold(p->values, p->flow->field->plain);
+    num_jet2_hold(p->constraint, p->flow->manifold->tape);
     if (p->velocity)
-        num_jet2_hold(p->velocity, p->flow->field.plain);
+        num_jet2_hold(p->velocity, p->flow->field->plain);
 }
 
 void precise_flip_pending(struct precise_march *m)
@@ -156,9 +162,9 @@ static bool step_off(struct expansions *w, struct precise_march *m, const bool *
     bool ok = false;
     for (size_t j = 0; j < n; j++)
         m->xd[j] = x[j].hi;
-    if (!field_eval(&m->p->flow->field, t.hi, m->xd, f)) {        /* as from the side that the motion has come on */
+    if (!field_eval(m->p->flow->field, t.hi, m->xd, f)) {        /* as from the side that the motion has come on */
         precise_flip_pending(m);
-        field_eval(&m->p->flow->field, t.hi, m->xd, f);
+        field_eval(m->p->flow->field, t.hi, m->xd, f);
         precise_flip_pending(m);
     }
     for (; !ok && harm <= OFF_HARM && way < most; way *= FURTHER) {
@@ -180,7 +186,7 @@ static bool step_off(struct expansions *w, struct precise_march *m, const bool *
         memcpy(q->x, x, n * sizeof *x);
         m->why = ODE_LEFT_DOMAIN;
     } else {
-        field_keep_sides(&m->p->flow->field, q->t.hi, m->xd);
+        field_keep_sides(m->p->flow->field, q->t.hi, m->xd);
     }
     free(x);
     free(f);
@@ -289,7 +295,7 @@ static void close_in(const struct expansions *w, struct precise_march *m, int e)
     m->here.t = num_dd_add(m->here.t, num_dd_mul_d(s, w->here.scale));
     for (int j = 0; j < m->n; j++)
         m->xd[j] = m->here.x[j].hi;
-    field_keep_sides(&m->p->flow->field, m->here.t.hi, m->xd);
+    field_keep_sides(m->p->flow->field, m->here.t.hi, m->xd);
 }
 
 static bool turn(struct expansions *w, struct precise_march *m, double size)

@@ -13,9 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "collocation.h"
 #include "flow.h"
+#include "jet.h"
 #include "mem.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "tape.h"
 
 #define FAR_FROM_CHANGE 4.0    /* an argument stays on its side that is so many times what it changes by at the nodes */

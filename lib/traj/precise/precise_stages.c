@@ -13,8 +13,11 @@
 #include "field.h"
 #include "flow.h"
 #include "jacobian.h"
+#include "jet.h"
 #include "lin_sparse.h"
 #include "mem.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "trajectory.h"
 
 #define MOST_ITERATIONS 30
@@ -32,11 +35,11 @@ struct precise_stages *precise_stages_new(struct precise_march *m, int s)
 {
     struct precise_stages *w = sga_calloc(1, sizeof *w);
     struct precise *p = m->p;
-    const struct lin_sparse *J = p->flow->field.pattern;
+    const struct lin_sparse *J = p->flow->field->pattern;
     int n = w->n = m->n;
     w->s = s;
     if (!p->values)
-        p->values = num_jet2_new(p->flow->field.plain, 0);
+        p->values = num_jet2_new(p->flow->field->plain, 0);
     if (m->sides.count)
         precise_hold(m);
     if (!p->formula || p->formula->s != s) {
@@ -144,7 +147,7 @@ static void residuals(struct precise_stages *w, num_dd h)
 /* w->jac and, where field is not NULL, the field (s x n) at x + z (s x n) in double. */
 static bool linearise(struct precise_stages *w, struct precise_march *m, num_dd h, const double *z, double *field)
 {
-    struct field *f = &m->p->flow->field;
+    struct field *f = m->p->flow->field;
     int n = w->n, nnz = f->pattern->ptr[n];
     w->work += (double)w->s * (4.0 * num_jet2_length(m->p->values) + 2 * nnz) / FLOPS;
     for (int i = 0; i < w->s; i++) {

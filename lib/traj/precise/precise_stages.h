@@ -7,10 +7,13 @@
 #ifndef SGA_TRAJ_PRECISE_STAGES_H
 #define SGA_TRAJ_PRECISE_STAGES_H
 
-#include "precise_march.h"
+#include "dd.h"
+
+struct precise_march;
 
 /* precise_matrix.c. A^-1 (x) 1 - diag(K_1, ..., K_s), the K_i (n x n) of one sparse pattern; dense or KLU. */
 struct lin_sparse;
+struct num_radau;
 struct stage_matrix;
 struct stage_matrix *stage_matrix_new(const struct num_radau *formula, const struct lin_sparse *pattern);
 void stage_matrix_free(struct stage_matrix *a);

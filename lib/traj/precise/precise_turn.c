@@ -7,10 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "field.h"
 #include "flow.h"
 #include "jet.h"
+#include "manifold.h"
 #include "mem.h"
+#include "precise.h"
+#include "precise_march.h"
 #include "precise_series.h"
 #include "switches.h"
 #include "system.h"
@@ -32,7 +36,7 @@ struct precise_turn {
 struct precise_turn *precise_turn_new(const struct precise *p, struct sga_error *err)
 {
     const struct traj_turns *q = p->rq->turns;
-    const struct num_switches *s = field_switches(&p->flow->field);
+    const struct num_switches *s = field_switches(p->flow->field);
     size_t n = (size_t)p->n, slopes = q ? (size_t)(q->surfaces * q->directions) : 0;
     if (!q || !q->jumps || !s || !p->flow->turn)
         return NULL;
@@ -43,7 +47,7 @@ struct precise_turn *precise_turn_new(const struct precise *p, struct sga_error 
     SGA_FREED int *inputs = field_inputs(p->sys);
     memcpy(root, q->slope, slopes * sizeof *root);
     memcpy(root + slopes, q->rate, (size_t)q->surfaces * sizeof *root);
-    memcpy(root + slopes + q->surfaces, p->flow->field.root, (size_t)q->base * sizeof *root);
+    memcpy(root + slopes + q->surfaces, p->flow->field->root, (size_t)q->base * sizeof *root);
     w->tape = num_tape_new_switched(p->sys->store, s, root, (int)slopes + q->surfaces + q->base, inputs, p->n + 1, err);
     w->jet = w->tape ? num_jet2_new(w->tape, 0) : NULL;
     w->from = sga_calloc(n + (size_t)(q->base + q->directions) + 1, sizeof *w->from);
@@ -143,7 +147,7 @@ bool precise_turn_to(struct precise_march *m, const struct expansion *near)
     do {        /* what jumps turns others, as precise_carry has it */
         memcpy(m->xd, w->at, (size_t)m->n * sizeof *m->xd);
         m->why = ODE_CONSTRAINT_LOST;
-        if (f->manifold.c && !flow_jump(f, m->here.t.hi, m->xd))
+        if (f->manifold->c && !flow_jump(f, m->here.t.hi, m->xd))
             return false;
         for (int j = 0; j < m->n; j++)
             m->here.x[j] = num_dd_of(m->xd[j]);

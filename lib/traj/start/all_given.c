@@ -7,7 +7,9 @@
 
 #include "error.h"
 #include "leastnorm.h"
+#include "manifold.h"
 #include "mem.h"
+#include "normal.h"
 #include "points_random.h"
 #include "reduction.h"
 #include "redundant.h"
@@ -81,7 +83,7 @@ static bool descend_here(struct search *s, double *y, double far[TIERS])
     bool ok = manifold_residual(&s->m, s->rq->start, y, NULL, NULL) >= 0;
     for (int i = 0; i < c && ok; i++)
         for (int k = 0; k < s->m.cols[i]; k++)
-            J[i * n + s->m.col[i][k]] = s->m.step.value[i][k];
+            J[i * n + s->m.col[i][k]] = s->m.step->value[i][k];
     ok = ok && points_least_norm_factor(c, n, J, row, J + n * c) == s->rank;
     for (int i = 0; i < s->rank && ok; i++)
         few.constraint[i] = s->all->constraint[row[i]];
@@ -102,7 +104,7 @@ static bool descend_here(struct search *s, double *y, double far[TIERS])
  * stop the search early. */
 static bool nearest_from(struct search *s, const double *scale, double *y, double far[TIERS])
 {
-    if (s->m.n <= SMALL && (descend_on(s, &s->f->manifold, y, far) || descend_here(s, y, far)))
+    if (s->m.n <= SMALL && (descend_on(s, s->f->manifold, y, far) || descend_here(s, y, far)))
         return true;
     return manifold_nearest(&s->m, s->rq->start, s->rq->initial, y, scale, s->rq->held, 200, NULL, NULL, NULL);
 }
@@ -155,7 +157,7 @@ bool all_given_start(struct flow *f, const struct sys_system *sys, const struct 
     struct search s = { .f = f, .sys = sys, .rq = rq, .all = &all, .rank = sol->constraints };
     bool ok = manifold_init(&s.m, sys, &all, NULL, &none);
     if (ok) {
-        s.m.unit = f->manifold.unit;
+        s.m.unit = f->manifold->unit;
         ok = best(&s, x, moved);
         manifold_clear(&s.m);
     }

@@ -26,9 +26,9 @@ static const double HALF = 1e-6;
 
 static bool drops(struct flow *f, const struct traj_request *rq, const double *x)
 {
-    field_load(&f->field, rq->start, x);
-    int told = field_rank_told(&f->field);
-    return told >= 0 && told < f->field.generic_rank;
+    field_load(f->field, rq->start, x);
+    int told = field_rank_told(f->field);
+    return told >= 0 && told < f->field->generic_rank;
 }
 
 /* The constraints solved variable by variable, the others as they were guessed. */
@@ -62,14 +62,14 @@ static bool drops_beside(struct flow *f, const struct traj_request *rq, const do
             y[j] = 0;
             any = true;
         }
-    return any && fabs(manifold_residual(&f->manifold, rq->start, y, NULL, NULL)) < ON && drops(f, rq, y);
+    return any && fabs(manifold_residual(f->manifold, rq->start, y, NULL, NULL)) < ON && drops(f, rq, y);
 }
 
 /* z, on the component, descends to what is nearest to the guess. False: it left the component, or came to where the rank drops (*ends). */
 static bool descends(struct flow *f, const struct sys_system *sys, const struct traj_request *rq, double *z, bool *ends)
 {
     double far[TIERS];
-    bool on = tiers_descend(&f->manifold, sys, f->sizes, rq, z, far) && fabs(manifold_residual(&f->manifold, rq->start, z, NULL, NULL)) < ON;
+    bool on = tiers_descend(f->manifold, sys, f->sizes, rq, z, far) && fabs(manifold_residual(f->manifold, rq->start, z, NULL, NULL)) < ON;
     *ends = on && (drops(f, rq, z) || drops_beside(f, rq, z));
     return on && !*ends;
 }
@@ -117,7 +117,7 @@ static bool nearest_from(struct flow *f, const struct sys_system *sys, const str
     double residual, *z = sga_malloc((n + 1) * sizeof *z);
     for (size_t j = 0; j < n; j++)
         y[j] = rq->held && rq->held[j] ? rq->initial[j] : y[j];
-    bool ok = manifold_project(&f->manifold, rq->start, y, NULL, rq->held, 60, NULL, &residual, NULL) && !drops(f, rq, y);
+    bool ok = manifold_project(f->manifold, rq->start, y, NULL, rq->held, 60, NULL, &residual, NULL) && !drops(f, rq, y);
     memcpy(z, y, n * sizeof *z);
     bool ends = false, found = ok && descends(f, sys, rq, z, &ends), there = ends || (ok && same_place(f, x, z));
     found = found || (ok && !there && follows(f, sys, rq, y, z));
@@ -131,7 +131,7 @@ void component_start(struct flow *f, const struct sys_system *sys, const struct 
                      double *x, double *moved)
 {
     size_t n = (size_t)f->n;
-    if (!rq->on || !(*moved > ON) || f->n > MOST || f->manifold.c == 0 || rq->rates || !drops(f, rq, x))
+    if (!rq->on || !(*moved > ON) || f->n > MOST || f->manifold->c == 0 || rq->rates || !drops(f, rq, x))
         return;
     double *y = sga_malloc(2 * (n + 1) * sizeof *y), *scale = y + n + 1;
     bool ok = !sys->parameters && by_shape(f, sys, sol, rq, y) && nearest_from(f, sys, rq, true, x, y);
@@ -143,7 +143,7 @@ void component_start(struct flow *f, const struct sys_system *sys, const struct 
         for (size_t j = 0; j < n; j++)
             scale[j] = sizes_move(f->sizes, (int)j, rq->initial[j]);
         memcpy(x, y, n * sizeof *x);
-        *moved = consistent_moved(&f->manifold, rq, scale, x);
+        *moved = consistent_moved(f->manifold, rq, scale, x);
     }
     free(y);
 }

@@ -11,6 +11,7 @@
 #include "edges.h"
 #include "error.h"
 #include "facts.h"
+#include "field.h"
 #include "flow.h"
 #include "mem.h"
 #include "system.h"

@@ -10,7 +10,9 @@
 #include "component_start.h"
 #include "consistent.h"
 #include "error.h"
+#include "field.h"
 #include "jacobian.h"
+#include "manifold.h"
 #include "mem.h"
 #include "reduction.h"
 #include "redundant.h"
@@ -69,12 +71,12 @@ static bool holds(struct flow *f, const struct traj_request *rq, const double *x
 static bool on_constraints(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
 {
-    if (start_parts(f, sys, sol, rq, x, moved) || consistent_start(&f->manifold, sys, sol, f->sizes, rq, NULL, x, moved, NULL))
+    if (start_parts(f, sys, sol, rq, x, moved) || consistent_start(f->manifold, sys, sol, f->sizes, rq, NULL, x, moved, NULL))
         return true;
     if (!sga_budget_ok(rq->budget, err))
         return false;
     double *elsewhere = known_point(sys, sol, rq);
-    bool ok = consistent_start(&f->manifold, sys, sol, f->sizes, rq, elsewhere, x, moved, err);
+    bool ok = consistent_start(f->manifold, sys, sol, f->sizes, rq, elsewhere, x, moved, err);
     free(elsewhere);
     return ok;
 }
@@ -82,11 +84,11 @@ static bool on_constraints(struct flow *f, const struct sys_system *sys, const s
 bool flow_start(struct flow *f, const struct sys_system *sys, const struct sga_solution *sol,
                 const struct traj_request *rq, double *x, double *moved, struct sga_error *err)
 {
-    num_jacobian_compile(f->manifold.jac, rq->budget ? rq->budget->exec : NULL);       /* searches evaluate it thousands of times */
+    num_jacobian_compile(f->manifold->jac, rq->budget ? rq->budget->exec : NULL);       /* searches evaluate it thousands of times */
     if (!on_constraints(f, sys, sol, rq, x, moved, err))
         return false;
     sizes_met(f->sizes, x);
-    f->field.unit = f->sizes->uneven_rows ? f->sizes->row : NULL;
+    f->field->unit = f->sizes->uneven_rows ? f->sizes->row : NULL;
     if (!holds(f, rq, x, SHARP))
         all_given_start(f, sys, sol, rq, x, moved);      /* where that fails, flow_given says so */
     component_start(f, sys, sol, rq, x, moved);

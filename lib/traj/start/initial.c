@@ -5,9 +5,12 @@
 
 #include "coordinates.h"
 #include "defined.h"
+#include "field.h"
 #include "flow.h"
 #include "given_rows.h"
+#include "manifold.h"
 #include "mem.h"
+#include "normal.h"
 #include "sparse.h"
 #include "start_relations.h"
 #include "tape.h"
@@ -15,17 +18,17 @@
 /* The elimination of the differentials decides. */
 int flow_solved(struct flow *f, const struct traj_request *rq, const double *x, unsigned char *solved)
 {
-    int n = f->n, c = f->manifold.c;
+    int n = f->n, c = f->manifold->c;
     struct points_row *row = sga_calloc((size_t)c + 1, sizeof *row);
-    manifold_residual(&f->manifold, rq->start, x, NULL, NULL);
+    manifold_residual(f->manifold, rq->start, x, NULL, NULL);
     for (int i = 0; i < c; i++) {
-        int len = f->manifold.cols[i];
+        int len = f->manifold->cols[i];
         row[i].len = row[i].cap = len;
         row[i].col = sga_malloc((size_t)(len + 1) * sizeof(int));
         row[i].val = sga_malloc((size_t)(len + 1) * sizeof(double));
         for (int k = 0; k < len; k++) {
-            row[i].col[k] = f->manifold.col[i][k];
-            row[i].val[k] = f->manifold.step.value[i][k] * (rq->given[row[i].col[k]] ? 1 : 1e3);
+            row[i].col[k] = f->manifold->col[i][k];
+            row[i].val[k] = f->manifold->step->value[i][k] * (rq->given[row[i].col[k]] ? 1 : 1e3);
         }
     }
     struct points_lu lu;
@@ -43,13 +46,13 @@ static void free_coordinates(struct flow *f, const struct traj_request *rq, stru
 {
     int n = f->n;
     unsigned char *solved = sga_calloc((size_t)n + 1, 1);
-    if (!coordinates_solved(&f->manifold, f->sys, rq, r->x, solved))
+    if (!coordinates_solved(f->manifold, f->sys, rq, r->x, solved))
         flow_solved(f, rq, r->x, solved);
     r->free = sga_malloc((size_t)(n + 1) * sizeof *r->free);
     for (int j = 0; j < n; j++)
         if (!solved[j])
             r->free[r->frees++] = j;
-    assert(r->frees >= n - f->manifold.c);
+    assert(r->frees >= n - f->manifold->c);
     free(solved);
 }
 
@@ -60,16 +63,16 @@ static bool consistent_as_is(const struct sys_system *sys, const struct sga_solu
     *r = (struct traj_initial){ 0 };
     bool ok = flow_init(&f, sys, sol, rq, err);
     if (ok) {
-        int n = f.n, c = f.manifold.c;
+        int n = f.n, c = f.manifold->c;
         r->x = sga_calloc((size_t)n + 1, sizeof *r->x);
         r->derivative = sga_calloc((size_t)n + 1, sizeof *r->derivative);
         r->residual = sga_calloc((size_t)c + 1, sizeof *r->residual);
         ok = flow_start(&f, sys, sol, rq, r->x, &r->moved, err) && flow_given(&f, rq, r->x, err)
-             && field_begin(&f.field, rq->start, r->x, err) && field_eval(&f.field, rq->start, r->x, r->derivative);
+             && field_begin(f.field, rq->start, r->x, err) && field_eval(f.field, rq->start, r->x, r->derivative);
         if (ok) {
             memcpy(f.in, r->x, (size_t)n * sizeof *f.in);
             f.in[n] = rq->start;
-            num_tape_eval(f.manifold.tape, f.in, r->residual);
+            num_tape_eval(f.manifold->tape, f.in, r->residual);
             free_coordinates(&f, rq, r);
             r->gauge = flow_gauge(&f, rq);
         }

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "arena.h"
 #include "budget.h"
 #include "buf.h"
 #include "error.h"

@@ -10,6 +10,7 @@
 #include "ball.h"
 #include "error.h"
 #include "manifold.h"
+#include "normal.h"
 #include "reduction.h"
 #include "start_search.h"
 #include "system.h"
@@ -78,7 +79,7 @@ static bool come(struct start_search *s, const struct sga_solution *with, struct
     for (int k = 0; k < STEPS && !ok; k++) {
         double worst = residuals(s, with, m, x);
         ok = worst >= 0 && worst < DONE;
-        if (ok || worst < 0 || worst > NEAR || worst > 0.5 * last || normal_step(&m->step, m->r, m->d) == 0)
+        if (ok || worst < 0 || worst > NEAR || worst > 0.5 * last || normal_step(m->step, m->r, m->d) == 0)
             break;
         last = worst;
         for (int j = 0; j < m->n; j++) {
@@ -128,7 +129,7 @@ bool start_exact(struct start_search *s, const double *near, expr_id *exact, str
         ok = false;
         for (int all = 0; all < 2 && !ok; all++) {
             begin(s, near, kept, x, all);
-            ok = come(s, &with, &f.manifold, near, kept, x);
+            ok = come(s, &with, f.manifold, near, kept, x);
         }
         fmpq_t q;
         fmpq_init(q);

@@ -6,6 +6,7 @@
 #include "consistent.h"
 #include "error.h"
 #include "flow.h"
+#include "manifold.h"
 #include "mem.h"
 #include "reduction.h"
 #include "sizes.h"
@@ -32,7 +33,7 @@ static int root(const int *of, int j)
 /* Parts by the constraints' variables, without held ones. Returns how many have constraints. */
 static int divide(struct parts *p)
 {
-    const struct manifold *m = &p->f->manifold;
+    const struct manifold *m = p->f->manifold;
     const unsigned char *held = p->rq->held;
     int parts = 0;
     p->of = sga_zeros(&p->mem, (size_t)m->n + 1, sizeof *p->of);
@@ -65,7 +66,7 @@ static int divide(struct parts *p)
 
 static int part_of(const struct parts *p, int i)
 {
-    const struct manifold *m = &p->f->manifold;
+    const struct manifold *m = p->f->manifold;
     for (int k = 0; k < m->cols[i]; k++)
         if (!(p->rq->held && p->rq->held[m->col[i][k]]))
             return p->of[m->col[i][k]];
@@ -92,7 +93,7 @@ static bool start(struct parts *p, int part, double *x)
         held[j] = p->of[j] != part || (p->rq->held && p->rq->held[j]);
     rq.held = held;
     bool ok = manifold_init(&m, p->sys, &sol, NULL, &ignored);
-    m.unit = p->f->manifold.unit;
+    m.unit = p->f->manifold->unit;
     ok = ok && consistent_start(&m, p->sys, &sol, p->f->sizes, &rq, NULL, own, &moved, NULL);
     for (size_t j = 0; j < n && ok; j++)
         if (!held[j])
@@ -107,10 +108,10 @@ bool start_parts(struct flow *f, const struct sys_system *sys, const struct sga_
     size_t n = (size_t)f->n;
     double residual, *scale = sga_zeros(&p.mem, n + 1, sizeof *scale);
     memcpy(x, rq->initial, n * sizeof *x);
-    bool there = manifold_project(&f->manifold, rq->start, x, NULL, rq->held, 0, NULL, &residual, NULL);
-    bool ok = !there && f->manifold.c > 1 && f->n <= MOST && divide(&p) > 1;
+    bool there = manifold_project(f->manifold, rq->start, x, NULL, rq->held, 0, NULL, &residual, NULL);
+    bool ok = !there && f->manifold->c > 1 && f->n <= MOST && divide(&p) > 1;
     unsigned char *done = sga_zeros(&p.mem, n + 1, 1);
-    for (int i = 0; i < f->manifold.c && ok; i++) {
+    for (int i = 0; i < f->manifold->c && ok; i++) {
         int part = part_of(&p, i);
         if (!done[part])
             ok = start(&p, part, x);
@@ -118,9 +119,9 @@ bool start_parts(struct flow *f, const struct sys_system *sys, const struct sga_
     }
     for (size_t j = 0; j < n; j++)
         scale[j] = sizes_move(f->sizes, (int)j, rq->initial[j]);
-    ok = ok && manifold_project(&f->manifold, rq->start, x, NULL, rq->held, 0, NULL, &residual, NULL);
+    ok = ok && manifold_project(f->manifold, rq->start, x, NULL, rq->held, 0, NULL, &residual, NULL);
     if (ok)
-        *moved = consistent_moved(&f->manifold, rq, scale, x);
+        *moved = consistent_moved(f->manifold, rq, scale, x);
     sga_arena_end(&p.mem);
     return ok;
 }

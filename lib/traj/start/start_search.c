@@ -7,10 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "budget.h"
 #include "consistent.h"
 #include "error.h"
+#include "field.h"
 #include "kinds.h"
+#include "manifold.h"
 #include "mem.h"
 #include "reduction.h"
 #include "sizes.h"
@@ -176,7 +179,7 @@ static void measure(struct place *p, struct start_found *f)
         scale[j] = sizes_move(p->flow.sizes, j, p->rq.initial[j]);
         sum += pow((f->x[j] - p->rq.initial[j]) / scale[j], 2);
     }
-    f->moved = consistent_moved(&p->flow.manifold, &p->rq, scale, f->x);
+    f->moved = consistent_moved(p->flow.manifold, &p->rq, scale, f->x);
     f->far = sqrt(sum);
     free(scale);
 }
@@ -190,14 +193,14 @@ static bool try_from(struct place *p, const double *guess, struct start_found *f
         return false;
     f->x = sga_zeros(&p->s->mem, n + 1, sizeof *f->x);
     memcpy(f->x, guess ? guess : p->rq.initial, n * sizeof *f->x);
-    if (guess || p->s->few ? !manifold_project(&p->flow.manifold, p->rq.start, f->x, NULL, p->rq.held, PROJECTED, NULL, NULL, NULL)
+    if (guess || p->s->few ? !manifold_project(p->flow.manifold, p->rq.start, f->x, NULL, p->rq.held, PROJECTED, NULL, NULL, NULL)
                            : !flow_start(&p->flow, p->s->sys, &p->with, &p->rq, f->x, &f->moved, &ignored))
         return false;
     if (guess && !p->s->few && p->with.constraints && (int)n <= SMALL) {
         double *nearer = sga_take(&p->s->mem, (n + 1) * sizeof *nearer), far[TIERS], residual;
         memcpy(nearer, f->x, n * sizeof *nearer);
-        if (tiers_descend(&p->flow.manifold, p->s->sys, p->flow.sizes, &p->rq, nearer, far)
-            && manifold_project(&p->flow.manifold, p->rq.start, nearer, NULL, p->rq.held, 5, NULL, &residual, NULL) && outside_of(p->s, nearer) <= outside_of(p->s, f->x))
+        if (tiers_descend(p->flow.manifold, p->s->sys, p->flow.sizes, &p->rq, nearer, far)
+            && manifold_project(p->flow.manifold, p->rq.start, nearer, NULL, p->rq.held, 5, NULL, &residual, NULL) && outside_of(p->s, nearer) <= outside_of(p->s, f->x))
             f->x = nearer;
     }
     measure(p, f);

@@ -2,6 +2,7 @@
 #ifndef SGA_TRAJ_START_SEARCH_H
 #define SGA_TRAJ_START_SEARCH_H
 
+#include "arena.h"
 #include "flow.h"
 
 struct start_search {

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "defined.h"
 #include "derive.h"
 #include "error.h"
 #include "gauge_choice.h"
@@ -185,7 +186,7 @@ static void add_request(struct variation *v, const struct traj_request *rq, cons
     v->held = sga_calloc(all + 1, 1);
     v->exact = sga_calloc(all + 1, sizeof *v->exact);
     for (size_t j = 0; j < n; j++) {
-        int from = v->of_defined ? v->defined.variable[j] : (int)j;
+        int from = v->of_defined ? v->defined->variable[j] : (int)j;
         v->guess[j] = rq->initial[j];
         v->guessed[j] = rq->given[j];
         v->kept[j] = rq->held ? rq->held[j] : 0;
@@ -221,10 +222,11 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
     v->of_defined = !v->jumps && defined_any(sol, rq);      /* what events set may be defined */
     sys_init(&v->system, sys->store);
     if (v->of_defined) {
-        defined_init(&v->defined, sys, sol, rq);
-        sys = &v->defined.system;
-        sol = &v->defined.solution;
-        rq = &v->defined.request;
+        v->defined = sga_calloc(1, sizeof *v->defined);
+        defined_init(v->defined, sys, sol, rq);
+        sys = &v->defined->system;
+        sol = &v->defined->solution;
+        rq = &v->defined->request;
     }
     v->n = sys->variables;
     v->outputs = rq->outputs ? rq->outputs : v->n;
@@ -273,7 +275,8 @@ bool variation_make(struct variation *v, const struct sys_system *sys, const str
 void variation_clear(struct variation *v)
 {
     if (v->of_defined)
-        defined_clear(&v->defined);
+        defined_clear(v->defined);
+    free(v->defined);
     sys_clear(&v->system);
     free(v->solution.constraint);
     free(v->relation);

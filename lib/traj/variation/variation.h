@@ -11,7 +11,11 @@
 #ifndef SGA_TRAJ_VARIATION_H
 #define SGA_TRAJ_VARIATION_H
 
-#include "defined.h"
+#include "reduction.h"
+#include "system.h"
+#include "trajectory.h"
+
+struct defined;
 
 struct variation_by {
     int parameter;             /* symbol of the store, or -1: */
@@ -20,7 +24,7 @@ struct variation_by {
 
 struct variation {
     bool of_defined;           /* equations define variables: what is differentiated is the rest, defined.system */
-    struct defined defined;
+    struct defined *defined;
     const struct variation_by *by;   /* borrowed */
     int n, directions;         /* variables that are differentiated */
     struct sys_system system;  /* x, then the derivatives, direction by direction */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "arena.h"
 #include "enclosed.h"
 #include "flow.h"
 #include "mem.h"

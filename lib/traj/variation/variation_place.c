@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "arena.h"
+#include "defined.h"
 #include "error.h"
 #include "field.h"
 #include "jacobian.h"
@@ -167,11 +168,11 @@ bool variation_place(struct variation *v, const struct sys_system *sys, const st
     SGA_ARENA(mem);
     double *x = sga_zeros(&mem, n + 1, sizeof *x), *g = sga_zeros(&mem, n * q + 1, sizeof *g), *s = sga_zeros(&mem, n * q + 1, sizeof *s);
     unsigned char *stays = sga_zeros(&mem, n + 1, 1);
-    for (int i = 0; v->of_defined && i < v->defined.sol->definitions; i++)
-        if (v->defined.rq->given[v->defined.sol->definition[i].variable])
+    for (int i = 0; v->of_defined && i < v->defined->sol->definitions; i++)
+        if (v->defined->rq->given[v->defined->sol->definition[i].variable])
             return false;
     for (size_t j = 0; j < n; j++)
-        x[j] = whole[v->of_defined ? v->defined.variable[j] : (int)j];
+        x[j] = whole[v->of_defined ? v->defined->variable[j] : (int)j];
     struct tangents at = { .n = v->n, .directions = v->directions };
     if (!variation_constants(sys->store, rq->exact_initial + n, (int)(n * q), g) || !tangents_at(&at, sys, sol, rq->start, x, &mem) || !find_stays(&at, v, sys, x, g, stays, s, &mem))
         return false;
@@ -190,9 +191,9 @@ bool variation_place(struct variation *v, const struct sys_system *sys, const st
 
 void variation_place_at(struct variation *v, struct traj_request *rq, const double *whole, const double *slope)
 {
-    size_t n = (size_t)v->n, all = n * (size_t)(1 + v->directions), variables = v->of_defined ? (size_t)v->defined.sys->variables : n;
+    size_t n = (size_t)v->n, all = n * (size_t)(1 + v->directions), variables = v->of_defined ? (size_t)v->defined->sys->variables : n;
     for (size_t i = 0; i < all; i++) {
-        size_t j = v->of_defined ? (size_t)v->defined.variable[i % n] : i % n;
+        size_t j = v->of_defined ? (size_t)v->defined->variable[i % n] : i % n;
         v->initial[i] = i < n ? whole[j] : slope[(i / n - 1) * variables + j];
         v->given[i] = 1;
         v->held[i] = 0;

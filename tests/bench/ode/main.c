@@ -87,7 +87,7 @@ static void own_start(struct own *w)
     if (!sga_reduce(&w->request.system, &options, &w->oracle, &w->solution, &err) ||
         !flow_init(&w->flow, &w->request.system, &w->solution, &w->motion, &err) ||
         !flow_start(&w->flow, &w->request.system, &w->solution, &w->motion, w->x, &moved, &err) ||
-        !field_begin(&w->flow.field, t->start, w->x, &err) || !field_slope_init(&w->flow.field, &err))
+        !field_begin(w->flow.field, t->start, w->x, &err) || !field_slope_init(w->flow.field, &err))
         own_fail(&err);
     static struct sga_budget budget;
     if (!budget.exec)
