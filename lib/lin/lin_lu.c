@@ -17,8 +17,10 @@
  * below this many times what they were with fresh pivots. */
 #define LARGEST_GROWTH 1e3
 
-/* A diagonal entry is the pivot where it is so large beside its column: without a matching it may be small, or 0 (KLU's own is 1e-3). */
-static const double SYMMETRIC_PIVOT = 0.1;
+/* A diagonal entry is the pivot where it is so large beside its column: without a matching it may be small, or 0 (KLU's own is 1e-3). Each
+ * other one costs the symmetry of what is left, and fills. So small ones are taken first, and all is done again where entries grew by
+ * that; where nothing but zeros is left, other pivots leave the same. */
+static const double SYMMETRIC_PIVOT = 0.1, SYMMETRIC_FIRST = 1e-8, FIRST_GROWTH = 1e3;
 
 struct lin_lu {
     int n;
@@ -26,6 +28,7 @@ struct lin_lu {
     klu_common common;
     klu_symbolic *symbolic;
     klu_numeric *numeric;
+    bool symmetric;
     double fresh_growth;    /* KLU's reciprocal pivot growth when pivots were fresh */
     bool regular;           /* numeric holds a usable factorisation */
     struct lin_lu_counts counts;
@@ -39,8 +42,7 @@ static struct lin_lu *new(const struct lin_sparse *pattern, bool blocks)
     lu->a = lin_sparse_new(lu->n, lu->n, pattern->ptr, pattern->col);
     klu_defaults(&lu->common);
     lu->common.btf = blocks;
-    if (!blocks)
-        lu->common.tol = SYMMETRIC_PIVOT;
+    lu->symmetric = !blocks;
     if (lu->n > 0)
         lu->symbolic = klu_analyze(lu->n, lu->a->ptr, lu->a->col, &lu->common);
     assert(lu->n == 0 || lu->common.status != KLU_INVALID);
@@ -83,7 +85,8 @@ static bool factor_with_old_pivots(struct lin_lu *lu)
     return true;
 }
 
-static bool factor_afresh(struct lin_lu *lu)
+/* With these common parameters. */
+static bool factor_as_set(struct lin_lu *lu)
 {
     struct lin_sparse *a = lu->a;
     if (lu->numeric)
@@ -94,6 +97,22 @@ static bool factor_afresh(struct lin_lu *lu)
         return false;
     klu_rgrowth(a->ptr, a->col, a->val, lu->symbolic, lu->numeric, &lu->common);
     lu->fresh_growth = lu->common.rgrowth;
+    return true;
+}
+
+static bool factor_afresh(struct lin_lu *lu)
+{
+    bool ok;
+    if (lu->symmetric) {
+        lu->common.tol = SYMMETRIC_FIRST;
+        ok = factor_as_set(lu);
+        lu->common.tol = SYMMETRIC_PIVOT;
+        if (ok && !(lu->fresh_growth * FIRST_GROWTH > 1))
+            ok = factor_as_set(lu);
+    } else
+        ok = factor_as_set(lu);
+    if (!ok)
+        return false;
     lu->counts.fill = lu->numeric->lnz + lu->numeric->unz + lu->numeric->nzoff;
     return true;
 }
