@@ -6,21 +6,28 @@
 #include <stdbool.h>
 #include <string.h>
 
+/* In four sums that do not wait for each other. */
+static double dot(const double *a, const double *b, int n)
+{
+    double part[4] = { 0 };
+    int i = 0;
+    for (; i + 4 <= n; i += 4)
+        for (int l = 0; l < 4; l++)
+            part[l] += a[i + l] * b[i + l];
+    for (; i < n; i++)
+        part[0] += a[i] * b[i];
+    return (part[0] + part[1]) + (part[2] + part[3]);
+}
+
 static double norm2(const double *v, int n)
 {
-    double s = 0;
-    for (int i = 0; i < n; i++)
-        s += v[i] * v[i];
-    return s;
+    return dot(v, v, n);
 }
 
 /* v <- (I - beta h h^T) v from index k on; h is stored in row k of J from k on. False: v stays as it is. */
 static bool reflect(const double *h, double beta, double *v, int k, int n)
 {
-    double s = 0;
-    for (int i = k; i < n; i++)
-        s += h[i] * v[i];
-    s *= beta;
+    double s = beta * dot(h + k, v + k, n - k);
     if (s == 0)
         return false;
     for (int i = k; i < n; i++)
