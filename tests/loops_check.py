@@ -31,8 +31,32 @@ def whole(text, env):
     return eval(text.replace("/", "//"), {"__builtins__": {}}, env)      # the tests' own quotients are whole
 
 
+def parts(text):
+    """What commas outside of brackets part, and the text behind the ) that ends it."""
+    depth, found, last = 0, [], 0
+    for at, c in enumerate(text):
+        if c == ")" and depth == 0:
+            return found + [text[last:at]], text[at + 1:]
+        depth += (c in "([") - (c in ")]")
+        if c == "," and depth == 0:
+            found.append(text[last:at])
+            last = at + 1
+    raise ValueError(text)
+
+
+def add_up(text, env):
+    """The first sum of a text, term by term, its names as numbers."""
+    before, inside = re.split(r"\bsum\(", text, maxsplit=1)
+    found, rest = parts(inside)
+    loops = [p for p in found if re.match(r"\s*[A-Za-z_]\w*\s*=", p)]
+    terms = ["(" + put(",".join(found[len(loops):]).strip(), inner) + ")" for _, inner in passes(dims_of(",".join(loops)), env)]
+    return before + "(" + (" + ".join(terms) or "0") + ")" + rest
+
+
 def put(text, env):
-    """Indices worked out, names in place of numbers; x[1] is held apart so that its parts are not words again."""
+    """Sums as terms, indices worked out, names in place of numbers; x[1] is held apart so that its parts are not words again."""
+    while re.search(r"\bsum\(\s*[A-Za-z_]\w*\s*=", text):
+        text = add_up(text, env)
     text = INDEXED.sub(lambda m: m[1] + "[" + ",".join(str(whole(e, env)) for e in m[2].split(",")) + "]", text)
     return WORD.sub(lambda m: f"({env[m[0]]})" if env.get(m[0], 0) < 0 else str(env.get(m[0], m[0])), text)
 
@@ -159,6 +183,13 @@ EQUAL = {
         "system": {"form": "quasilinear", "sizes": {"n": 2}, "variables": ["x[1:n]"], "parameters": {"a[1:n]": [1, 2]}, "A": [[1, 0], [0, 1]], "alpha": {"for": "i = 1:n", "expression": "-a[i]*x[i]"}},
         "trajectory": {"stop": 1, "samples": 2, "initial": {"x[1:n]": "n/2"}, "events": [{"name": "n[1:2]", "expression": "x[1] - 1/n"}], "integrals": ["x[1]^2/x[2]"],
                        "sensitivities": {"parameters": ["a[1:n]"], "initial": ["x[1:n]"]}}, "sweep": [{"parameters": {"a[1:n]": [1, 3]}}, {"initial": {"x[2]": "n+1"}}]},
+    "a hub, by sums": {
+        "system": {
+            "form": "equations", "sizes": {"n": 3}, "parameters": {"R[1:n]": [1, 2, "1/2"]}, "variables": ["v[1:n]", "hub", "q"],
+            "equations": [{"for": "i = 1:n", "equation": "i*v[i]' = (hub - v[i])/R[i] + sum(j = 1:i-1, v[j])/10"},
+                          "sum(i = 1:n, (v[i] - hub)/R[i]) + sin(t) = 0", "q = sum(i = 1:n, j = i:n, v[i]*v[j]) - 2*sum( k = 1 : 2, sum(l = 1:k, l*v[k]) )"]},
+        "trajectory": {"stop": 1, "samples": 3, "initial": {"v[i = 1:n]": "sum(j = 1:i, 1/j)"}, "outputs": ["sum(k = 1:n, v[k])", "q", {"for": "m = 1:n", "expression": "sum(k = m:n, v[k])"}],
+                       "events": [{"name": "half", "expression": "sum(k = 1:n, v[k]) - 3"}]}},
     "equilibria": {"system": {"form": "equations", "variables": ["x[1:2]", "u[1]"], "equations": [{"for": "i = 1:2", "equation": "x[i]' = u[1] - i*x[i]"}]},
                    "want": ["equilibria"], "equilibria": {"hold": {"u[1:1]": 2}}},
 }
@@ -299,6 +330,29 @@ def refusals(c):
     c.refused("hold", changed(["trajectory", "hold", 1], "v[9]"), "unknown_name", "/trajectory/hold/1", "from v[0]")
     c.refused("outputs", changed(["trajectory", "outputs", 0], "v[5:8]"), "unknown_name", "/trajectory/outputs/0", "(v[7])")
     c.refused("a range in an expression", changed(["trajectory", "outputs", 0], "v[1:2]^2"), "expression_syntax", "/trajectory/outputs/0", "part of an expression")
+
+    def sums(label, text, code, says, column=None):
+        where = "/system/equations/4"
+        c.refused(f"sum: {label}", changed(["system", "equations", 4], text), code, where, says)
+        if column:
+            _, told = c.solver.solve(changed(["system", "equations", 4], text))
+            c.tally.check(told and told.get("column") == column, f"sum: {label}: column {column}", str(told))
+    sums("no term", "v[0] = sum(k = 1:3)", "expression_syntax", "sum(i = 1:3, x[i])", 8)
+    sums("nothing behind the comma", "v[0] = sum(k = 1:3, )", "expression_syntax", "sum(i = 1:3, x[i])")
+    sums("not closed", "v[0] = 1 + sum(k = 1:3, (v[k])", "expression_syntax", "a ) is missing", 12)
+    sums("empty", "v[0] = sum(k = 3:1, v[k])", "wrong_shape", "range 3:1", 16)
+    sums("no bounds", "v[0] = sum(k = 1, v[k])", "expression_syntax", "bounds")
+    sums("a name of the system", "v[0] = sum(R = 1:n, v[R])", "duplicate_name", "take another for the sum", 12)
+    sums("a name of the loop around", "v[0] = sum(k = 1:n, sum(k = 1:2, v[k]))", "duplicate_name", "already", 25)
+    sums("an index past the last", "v[0] = sum(k = 1:n+1, v[k])", "unknown_name", "'v[7]'; there are 7", 23)
+    sums("an index below 0", "v[0] = sum(k = 0:n, v[k-1])", "unknown_name", "below 0", 23)
+    sums("an unknown name in it", "v[0] = sum(k = 1:n, sum(j = 1:k, v[j]*zz)) + 1", "unknown_name", "'zz'", 39)
+    sums("an unknown name behind it", "v[0] = sum(k = 1:n, v[k]) + zz", "unknown_name", "'zz'", 29)
+    sums("an unknown bound", "v[0] = sum(k = 1:w, v[k])", "unknown_name", "'w'", 18)
+    sums("too many terms", "v[0] = sum(k = 1:999999999, v[0])", "too_many_variables", "4000000 terms")
+    sums("too many terms of sums", "v[0] = sum(k = 1:3000, j = 1:3000, v[0])", "too_many_variables", "4000000 terms")
+    sums("too much of a text", "v[0] = sum(k = 1:3999000, " + "v[0] + " * 20 + "0)", "too_many_variables", "bytes")
+    sums("a range", "v[0] = sum(v[1:n])", "expression_syntax", "adds terms up")
     lists = {"system": {"form": "equations", "variables": ["x[1:2]"], "equations": [{"for": "i = 1:2", "equation": "x[i]' = -x[i]"}]},
              "trajectory": {"stop": 1, "samples": 2, "initial": {"x[1:2]": [["x[1+1]"], ["0"]]}}}
     c.refused("lists for names of a range", lists, "invalid_request", "/trajectory/initial/x[1:2]", "found an array (x[1])")

@@ -2,6 +2,7 @@
 #include "index.h"
 
 #include <assert.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -171,7 +172,7 @@ static bool write_indices(struct index_reader *r, struct sga_buf *out)
             return false;
         if (index_is(r, ':'))
             return index_fail(r, r->tok.start, SGA_E_EXPR_SYNTAX, "a range stands for many names: it may be an element of a list or the name of a member, not a part of an expression; "
-                                                                  "{\"for\": \"i = 1:3\", ...} repeats one");
+                                                                  "{\"for\": \"i = 1:3\", ...} repeats one, sum(i = 1:3, ...) adds terms up");
         if (v < 0)
             return index_fail(r, at, SGA_E_EXPR_NAME, "an index lies below 0; raise the lower bound of the loop, or shift the index");
         sga_buf_printf(out, "%s%ld", before, v);
@@ -183,17 +184,23 @@ static bool write_indices(struct index_reader *r, struct sga_buf *out)
     return true;
 }
 
-/* A number next to this byte would read as one number: 2i with i = 3 is not 23. */
-static bool joins(char c)
+bool index_joins(char c)
 {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '.';
 }
 
-/* As index_write; *source becomes where byte `at` of the output comes from. */
-static bool write_from(const char *text, const struct index_scope *scope, struct sga_buf *out, size_t at, size_t *source, struct sga_error *err)
+/* What is copied from the text next has the byte that is asked about, or is before it. */
+static void note_source(struct index_spot *spot, const struct sga_buf *out, size_t copied, size_t most)
+{
+    size_t written = out->len - spot->from;
+    if (spot->at >= written)
+        spot->source = copied + (spot->at - written < most ? spot->at - written : most);
+}
+
+bool index_write_from(const char *text, const struct index_scope *scope, struct sga_buf *out, struct index_spot *spot, struct sga_error *err)
 {
     struct index_reader r;
-    size_t copied = 0, begin = out->len;
+    size_t copied = 0;
     for (index_start(&r, text, 0, scope, err); r.tok.kind != LEX_END; index_advance(&r)) {
         if (r.tok.kind != LEX_NAME)
             continue;
@@ -202,43 +209,46 @@ static bool write_from(const char *text, const struct index_scope *scope, struct
         struct lex_token next = lex_next(text, end);
         bool indexed = next.kind == LEX_BAD && next.length == 1 && text[next.start] == '[' && text[end - 1] != ']'
             && expr_function(text + start, r.tok.length) == EXPR_UNDEF_OP;
-        if (!indexed && k < 0)
+        bool sum = k < 0 && index_is_sum(text, r.tok);
+        if (!indexed && !sum && k < 0)
             continue;
-        if (at >= out->len - begin)
-            *source = at - (out->len - begin) < start - copied ? copied + at - (out->len - begin) : start;
+        note_source(spot, out, copied, start - copied);
         sga_buf_put(out, text + copied, start - copied);
-        if (indexed) {
+        if (sum) {
+            if (!index_write_sum(&r, out, spot))
+                return false;
+        } else if (indexed) {
             sga_buf_put(out, text + start, r.tok.length);
             r.tok = next;
             if (!write_indices(&r, out))
                 return false;
         } else {
-            sga_buf_puts(out, start && joins(text[start - 1]) ? " " : "");
+            sga_buf_puts(out, start && index_joins(text[start - 1]) ? " " : "");
             sga_buf_printf(out, scope->name[k].value < 0 ? "(%ld)" : "%ld", scope->name[k].value);
-            sga_buf_puts(out, joins(text[end]) ? " " : "");
+            sga_buf_puts(out, index_joins(text[end]) ? " " : "");
         }
         assert(copied <= start && start < end && end <= r.tok.start + r.tok.length);
         copied = r.tok.start + r.tok.length;
     }
-    if (at >= out->len - begin)
-        *source = copied + at - (out->len - begin);
+    note_source(spot, out, copied, SIZE_MAX);
     sga_buf_puts(out, text + copied);
     return true;
 }
 
 bool index_write(const char *text, const struct index_scope *scope, struct sga_buf *out, struct sga_error *err)
 {
-    size_t source;
-    return write_from(text, scope, out, 0, &source, err);
+    struct index_spot none = { .from = out->len };
+    return index_write_from(text, scope, out, &none, err);
 }
 
 size_t index_source(const char *text, const struct index_scope *scope, size_t at)
 {
     SGA_ENDS(sga_buf_free) struct sga_buf out = { 0 };
     struct sga_error none = { 0 };
-    size_t source = 0, length = strlen(text);
-    write_from(text, scope, &out, at, &source, &none);
-    return source < length ? source : length;
+    struct index_spot spot = { .at = at };
+    size_t length = strlen(text);
+    index_write_from(text, scope, &out, &spot, &none);
+    return spot.source < length ? spot.source : length;
 }
 
 /* All that stands between [ and ] is worked out, as index_write would have it: x[7], u[2,13]. */
@@ -259,7 +269,7 @@ static bool worked_out(const char *text)
 
 bool index_touches(const char *text, const struct index_scope *scope)
 {
-    if (!worked_out(text))
+    if (!worked_out(text) || index_has_sum(text))
         return true;
     if (!scope->names)
         return false;

@@ -455,6 +455,11 @@ static bool write_part(struct walk *k, json_t *request, const char *key, json_t 
     return json_object_set_new(request, key, v) == 0;
 }
 
+static bool is_taken(const void *names, const char *name)
+{
+    return json_object_get(names, name) != NULL;
+}
+
 json_t *write_out(struct reader *rd, json_t *v)
 {
     static const char *const parts[] = { "system", "trajectory", "sweep", "linearization", "transfer", "equilibria", "fit", "symmetries" };
@@ -469,11 +474,18 @@ json_t *write_out(struct reader *rd, json_t *v)
     k.taken = json_object();
     json_t *out = json_copy(v);
     bool ok = out && k.taken && take_all(&k, system) && read_sizes(&k, system);
+    bool checked = rd->bounds && rd->r->store.max_nodes == rd->bounds->nodes;
+    k.scope.taken = is_taken;
+    k.scope.of = k.taken;
+    k.scope.terms = &k.w->elements;
+    k.scope.most_terms = checked && rd->bounds->nodes / 8 < REQUEST_MAX_WRITTEN ? rd->bounds->nodes / 8 : REQUEST_MAX_WRITTEN;
     for (size_t i = 0; i < sizeof parts / sizeof *parts && ok; i++)
         if (json_object_get(v, parts[i]))
             ok = write_part(&k, out, parts[i], json_object_get(v, parts[i]));
     assert(!ok || k.scope.names == k.scope.sizes);
     k.w->sizes = k.scope;
+    k.w->sizes.taken = NULL;
+    k.w->sizes.terms = NULL;
     json_decref(k.taken);
     if (ok)
         return out;

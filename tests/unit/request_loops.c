@@ -34,6 +34,10 @@ static const struct {
     { ONE("x[k]' = 1"), "/system/equations/0/equation", "'k' is no loop name and no size of system.sizes", SGA_E_EXPR_NAME },
     { ONE("x[i*1000000*1000000*1000000]' = 1"), "/system/equations/0/equation", "limit of 999999999", SGA_E_LIMIT_VARIABLES },
     { ONE("x[]' = 1"), "/system/equations/0/equation", "where a whole number, a loop name or a size is expected", SGA_E_EXPR_SYNTAX },
+    { ONE("x[i]' = sum(j = 1:i, x[j+1])"), "/system/equations/0/equation", "there are 4, from x[1] to x[4] (where i = 4", SGA_E_EXPR_NAME },
+    { ONE("x[i]' = sum(j = 1:i-3, x[j]) + sum(j = 1:i, 1/(j - 3))"), "/system/equations/0/equation", "0 (where i = 3", SGA_E_EXPR_UNDEFINED },
+    { ONE("x[i]' = sum(i = 1:2, x[i])"), "/system/equations/0/equation", "'i' is already a loop name or a size; take another name (i = 1)", SGA_E_DUPLICATE_NAME },
+    { ONE("x[i]' = sum(k = 1:2, x[k])"), "/system/equations/0/equation", "\"k\" is a name of the system; take another for the sum (i = 1)", SGA_E_DUPLICATE_NAME },
     { ONE("x[i]' = x[1:n]"), "/system/equations/0/equation", "may be an element of a list or the name of a member, not a part of an expression", SGA_E_EXPR_SYNTAX },
     { OVER("i = 5:2"), "/system/equations/0/for", "range 5:2: its first number is larger than its last; leave it out, or turn it around", SGA_E_SHAPE },
     { OVER("i = 1:q"), "/system/equations/0/for", "'q' is no loop", SGA_E_EXPR_NAME },
@@ -112,6 +116,20 @@ static void indices(void)
         request_clear(&r);
 }
 
+/* What a text with sums in it becomes. */
+static void sums(const char *equation, const char *becomes)
+{
+    struct request r;
+    struct sga_error e = { 0 };
+    struct sga_buf text = { 0 };
+    sga_buf_printf(&text, "{\"system\":{\"form\":\"equations\",\"sizes\":{\"n\":3},\"variables\":[\"x[1:n]\",\"sum\",\"asum\"],\"equations\":[\"%s\"]}}", equation);
+    bool ok = request_read(&r, text.data, text.len, &e);
+    CHECK(ok && strcmp(r.equation[0], becomes) == 0, "%s: %s", equation, ok ? r.equation[0] : e.detail);
+    if (ok)
+        request_clear(&r);
+    sga_buf_free(&text);
+}
+
 /* Two indices, and triangles. */
 static void counts(void)
 {
@@ -134,6 +152,11 @@ int main(void)
     stands_for("\"u\",\"x[0:1,n-1:n]\",\"z[2*n,(n+1)/2]\"", "u x[0,2] x[0,3] x[1,2] x[1,3] z[6,2]");
     stands_for("\"u\",\"x[ 7 ]\",\"y[ i = 1 : 2 ]\",\"z[- (-n)]\"", "u x[7] y[1] y[2] z[3]");
     stands_for("\"u\",\"a[1:2]\",\"x[i = 1:3, j = i:2]\"", "u a[1] a[2] x[1,1] x[1,2] x[2,2]");
+    sums("sum(i = 1:n, i*x[i]) = 1", "((1*x[1]) + (2*x[2]) + (3*x[3])) = 1");
+    sums("1 = 2*sum ( i = 1:2, j = i:2 , x[i]^j + n)", "1 = 2*((x[1]^1 + 3) + (x[1]^2 + 3) + (x[2]^2 + 3))");
+    sums("sum(i = 2:n, sum(j = 1:i-2, x[j])) = -sum(i = 1:n, max(x[i], (1 + i)))",
+         "(((0)) + (((x[1])))) = -((max(x[1], (1 + 1))) + (max(x[2], (1 + 2))) + (max(x[3], (1 + 3))))");
+    sums("sum = asum + sum(i = 1:1, sum*i) + sum(i=3:3,x[i-2])", "sum = asum + ((sum*1)) + ((x[1]))");
     counts();
     indices();
     return CHECK_END();
