@@ -47,12 +47,30 @@ static const char *line_of(const char *text, int n)
     return text;
 }
 
+static bool inside_character(char c)
+{
+    return ((unsigned char)c & 0xC0) == 0x80;
+}
+
+/* Of a long line what is around the column. */
 static void put_marked(struct sga_buf *out, const char *line, int column)
 {
-    size_t n = strcspn(line, "\r\n");
-    sga_buf_printf(out, "    %.*s\n    ", (int)n, line);
+    enum { BEFORE = 60, SHOWN = 120 };
+    size_t n = strcspn(line, "\r\n"), at = 0, from = 0;
+    for (int k = 1; at < n && k < column; k++)
+        for (at++; at < n && inside_character(line[at]); at++)
+            ;
+    for (int k = 0; n > SHOWN && at > BEFORE && from < at - BEFORE; k++)
+        for (from++, column--; from < at && inside_character(line[from]); from++)
+            ;
+    line += from;
+    n -= from;
+    size_t shown = n < SHOWN ? n : SHOWN;
+    while (shown < n && inside_character(line[shown]))
+        shown++;
+    sga_buf_printf(out, "    %s%.*s%s\n    %s", from ? "..." : "", (int)shown, line, shown < n ? "..." : "", from ? "   " : "");
     for (size_t i = 0; i < n && column > 1; i++) {
-        if (((unsigned char)line[i] & 0xC0) == 0x80)      /* inside a character */
+        if (inside_character(line[i]))
             continue;
         sga_buf_put(out, line[i] == '\t' ? "\t" : " ", 1);
         column--;

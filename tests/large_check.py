@@ -116,6 +116,18 @@ def together(tally, solver):
             tally.check(told == ("unique", index, n + 1 - index), f"{name}: verdict, index, dimension", told)
 
 
+def summed(tally, solver):
+    """A hundred thousand branches at a hub, its balance a sum of the request: one equation with as many variables."""
+    n = 100000
+    request = {"system": {"form": "equations", "sizes": {"n": n}, "variables": ["v[1:n]", "hub"],
+                          "equations": [{"for": "i = 1:n", "equation": "v[i]' = hub - v[i]"}, "sum(i = 1:n, hub - v[i]) = sin(t)"]},
+               "want": ["index", "constraints"], "limits": {"seconds": 60}}
+    answer, problem = solver.solve(request)
+    if tally.check(answer, "a hub of 100,000", problem):
+        told = answer["verdict"], answer["index"]["differentiation"], answer["dimensions"]["final"]
+        tally.check(told == ("unique", 1, n), "a hub of 100,000: verdict, index, dimension", told)
+
+
 def large_faults(tally, solver):
     """A singular grid, an equation that is missing in the middle of one, a loop with a wrong bound: named by place, with little time to do it."""
     limits = {"seconds": 60, "megabytes": 2000}
@@ -279,6 +291,7 @@ def main():
     unasked(tally, solver)
     bounded(tally, solver)
     together(tally, solver)
+    summed(tally, solver)
     faults(tally, solver)
     large_faults(tally, solver)
     stiff_motions(tally, solver)

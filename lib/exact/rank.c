@@ -152,9 +152,91 @@ static void subtract(struct exact_echelon *e, struct moving *m, int pivot, int a
     m->op[m->ops++] = (struct exact_op){ pivot, f };
 }
 
+/* Rows of more entries are spread over the columns while they are reduced, and the pivots that wait are in a heap. */
+enum { SPREAD = 64 };
+
+/* The least pivot on top. */
+struct heap { struct sga_arena *mem; int *pivot, count; size_t cap; };
+
+static void heap_push(struct heap *h, int pivot)
+{
+    SGA_RESERVE_IN(h->mem, h->pivot, h->cap, h->count + 1);
+    int k = h->count++;
+    for (; k > 0 && h->pivot[(k - 1) / 2] > pivot; k = (k - 1) / 2)
+        h->pivot[k] = h->pivot[(k - 1) / 2];
+    h->pivot[k] = pivot;
+}
+
+static int heap_pop(struct heap *h)
+{
+    int top = h->pivot[0], last = h->pivot[--h->count], k = 0;
+    for (int child; (child = 2 * k + 1) < h->count; k = child) {
+        child += child + 1 < h->count && h->pivot[child + 1] < h->pivot[child];
+        if (last <= h->pivot[child])
+            break;
+        h->pivot[k] = h->pivot[child];
+    }
+    h->pivot[k] = last;
+    return top;
+}
+
+/* A column of the row that is spread: in e->work from now on, and its pivot in the heap. */
+static void spread(struct exact_echelon *e, struct moving *m, struct heap *h, struct exact_entry entry)
+{
+    SGA_RESERVE(m->entry, m->cap, m->entries + 1);
+    m->entry[m->entries++] = entry;
+    e->work[entry.col] = entry;
+    e->mark[entry.col] = 1;
+    if (e->pivot_of[entry.col] >= 0)
+        heap_push(h, e->pivot_of[entry.col]);
+}
+
+/* Cost: the entries of the pivots' rows, and a logarithm for each pivot. */
+static void reduce_spread(struct exact_echelon *e, struct moving *m)
+{
+    SGA_ARENA(mem);
+    struct heap h = { .mem = &mem };
+    int given = m->entries, n = 0;
+    m->entries = 0;
+    for (int k = 0; k < given; k++)
+        spread(e, m, &h, m->entry[k]);
+    while (h.count) {
+        int pivot = heap_pop(&h);
+        const struct exact_pivot *p = e->pivot + pivot;
+        struct exact_entry *at = e->work + p->col;
+        assert(!h.count || h.pivot[0] > pivot);
+        if (!at->value)
+            continue;
+        mp_limb_t f = n_mulmod2_preinv(at->value, p->inverse, e->mod.n, e->mod.ninv), minus = nmod_neg(f, e->mod);
+        double size = at->size / p->entry[p->entries].size;
+        at->value = 0;
+        for (int k = 0; k < p->entries; k++) {
+            const struct exact_entry *q = p->entry + k;
+            mp_limb_t t = n_mulmod2_preinv(minus, q->value, e->mod.n, e->mod.ninv);
+            if (!e->mark[q->col])
+                spread(e, m, &h, (struct exact_entry){ q->col, 0, 0 });
+            e->work[q->col].value = nmod_add(e->work[q->col].value, t, e->mod);
+            e->work[q->col].size -= size * q->size;
+        }
+        SGA_RESERVE(m->op, m->op_cap, m->ops + 1);
+        m->op[m->ops++] = (struct exact_op){ pivot, f };
+    }
+    for (int k = 0; k < m->entries; k++) {
+        struct exact_entry entry = e->work[m->entry[k].col];
+        e->mark[entry.col] = 0;
+        if (entry.value)
+            m->entry[n++] = entry;
+    }
+    m->entries = n;
+}
+
 /* The pivots so far are used up, in their order. */
 static void reduce(struct exact_echelon *e, struct moving *m)
 {
+    if (m->entries > SPREAD) {
+        reduce_spread(e, m);
+        return;
+    }
     for (;;) {
         int first = -1, at = -1, fresh;
         for (int k = 0; k < m->entries; k++) {

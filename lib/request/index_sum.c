@@ -8,7 +8,7 @@
 
 static const char word[] = "sum", form[] = "a sum is written sum(i = 1:3, x[i]), over several names sum(i = 1:3, j = 1:i, a[i,j])";
 
-/* Bytes that are read again in each pass around a sum, though it may have no term, cost a term. */
+/* Bytes of a term that cost another one. */
 enum { READ_AS_TERM = 100 };
 
 /* Whether a loop's name and its = begin at byte `at`. */
@@ -117,7 +117,7 @@ bool index_write_sum(struct index_reader *r, struct sga_buf *out, struct index_s
     SGA_ARENA(mem);
     size_t start = r->tok.start;
     struct parts p;
-    if (!find_parts(r, &p) || !pay(r, out, start, (p.term_end - p.loop) / READ_AS_TERM))
+    if (!find_parts(r, &p) || !pay(r, out, start, 0))
         return false;
     const char *loop = cut(&mem, r->text, p.loop, p.loop_end), *term = cut(&mem, r->text, p.term, p.term_end);
     struct index_scope own = *r->scope;
@@ -131,7 +131,7 @@ bool index_write_sum(struct index_reader *r, struct sga_buf *out, struct index_s
     for (bool more = index_first(&l, r->err); more; more = index_next(&l, r->err), any = true) {
         sga_buf_puts(out, any ? " + (" : "(");
         struct index_spot inner = { .at = spot->at, .from = spot->from, .source = 0 };
-        if (!pay(r, out, start, 1))
+        if (!pay(r, out, start, 1 + (p.term_end - p.term) / READ_AS_TERM))
             return false;
         bool past = spot->at >= out->len - spot->from;
         if (!index_write_from(term, &own, out, &inner, r->err))

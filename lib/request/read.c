@@ -245,6 +245,7 @@ static void same_places(struct request_faults *f)
 
 static bool read_text(struct reader *rd, const char *text, size_t length)
 {
+    rd->grammar.max_length = REQUEST_MAX_EXPRESSION;
     struct request *r = rd->r;
     struct sga_error *err = rd->err;
     defaults(r);

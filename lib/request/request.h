@@ -383,6 +383,7 @@ enum {
     REQUEST_MAX_PLACES = 1000,        /* where to linearize */
     REQUEST_MAX_BITS = 1 << 17,       /* of one exact number */
     REQUEST_MAX_NAME = 128,           /* bytes of a name */
+    REQUEST_MAX_EXPRESSION = 1 << 26, /* bytes of one expression, with its sums written out */
     REQUEST_MAX_WRITTEN = 4000000,    /* elements that ranges and loops make, in all */
     REQUEST_MAX_WRITTEN_BYTES = 1 << 28,   /* of their texts (INDEX_WRITTEN of one) */
     REQUEST_MAX_DEPTH = 64            /* of nested JSON */

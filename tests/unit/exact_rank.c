@@ -178,6 +178,45 @@ static void long_chain(void)
     fmpz_clear(v);
 }
 
+/* Long rows beside short ones that were there before: combinations of these, others, and some of both. */
+static void wide_rows(void)
+{
+    enum { SHORT = 90, WIDE = 30, ROWS = SHORT + WIDE, COLS = 160 };
+    static struct exact_row row[ROWS];
+    static const struct exact_row *list[ROWS];
+    struct exact_echelon e;
+    fmpz_mat_t m;
+    fmpz_mat_init(m, ROWS, COLS);
+    for (int i = 0; i < SHORT; i++)
+        for (int k = 0; k < 4; k++)
+            fmpz_set_si(fmpz_mat_entry(m, i, below(COLS)), below(9) - 4);
+    for (int i = SHORT; i < ROWS; i++) {
+        for (int k = 0; k < SHORT && i % 3; k++)
+            for (int j = 0, factor = below(5) - 2; j < COLS; j++)
+                fmpz_addmul_si(fmpz_mat_entry(m, i, j), fmpz_mat_entry(m, k, j), factor);
+        for (int k = 0; k < COLS && i % 3 != 1; k++)
+            fmpz_add_si(fmpz_mat_entry(m, i, k), fmpz_mat_entry(m, i, k), i % 2 ? below(7) - 3 : below(40) == 0);
+    }
+    for (int i = 0; i < ROWS; i++) {
+        row[i] = row_of(m, i);
+        list[i] = row + i;
+    }
+    exact_echelon_init(&e, COLS, 0);
+    CHECK(exact_echelon_add(&e, list, SHORT, NULL, NULL) && exact_echelon_add(&e, list + SHORT, WIDE, NULL, NULL));
+    CHECK(e.pivots == fmpz_mat_rank(m), "%d pivots, rank %ld", e.pivots, fmpz_mat_rank(m));
+    for (int i = 0; i < ROWS; i++) {
+        struct exact_combination c;
+        CHECK(exact_combine(&e, row + i, true, &c, NULL, NULL) == EXACT_YES && adds_up(&e, row + i, &c), "row %d", i);
+        exact_combination_clear(&c);
+    }
+    for (int j = 0; j < COLS; j++)
+        CHECK(!e.mark[j], "column %d is left marked", j);
+    exact_echelon_clear(&e);
+    for (int i = 0; i < ROWS; i++)
+        exact_row_clear(row + i);
+    fmpz_mat_clear(m);
+}
+
 int main(void)
 {
     flint_randinit(source);
@@ -189,6 +228,8 @@ int main(void)
         bases(k % 5 == 0 ? 200 : 4);
     }
     long_chain();
+    for (int k = 0, count = check_scale(6); k < count; k++)
+        wide_rows();
     flint_randclear(source);
     flint_cleanup();
     return CHECK_END();
