@@ -127,6 +127,12 @@ def command_checks(build, c):
             r = sga("solve", sga.file({"system": {**WRONG["system"], "equations": ["x' = (1 + é", "y' = x"]}}), "--text", server=server)
             lines = r.stderr.splitlines()
             c(r.returncode == 1 and "    x' = (1 + é" in lines and lines[-1].strip() == "^", f"solve {place}: a caret", r.stderr)
+            for before, behind in ((0, 500), (500, 0), (500, 500), (40, 40)):      # of a long line what is around the place
+                text = "x' = " + "x + " * before + "ρ*ö" + " + x" * behind
+                r = sga("solve", sga.file({"system": {**WRONG["system"], "equations": [text, "y' = x"]}}), "--text", server=server)
+                lines = r.stderr.splitlines()
+                c(r.returncode == 1 and len(lines[-2]) < 140 and lines[-2][lines[-1].index("^")] in "ρö" and lines[-2].strip().strip(".") in text,
+                  f"solve {place}: a caret after {before} terms", r.stderr)
             r = sga("solve", sga.file('{"system":\n  {"form": equations}}'), "--text", server=server)
             lines = r.stderr.splitlines()
             c(r.returncode == 1 and '      {"form": equations}}' in lines and lines[-1].strip() == "^", f"solve {place}: a caret in JSON", r.stderr)
