@@ -4,6 +4,7 @@ Random motions, with and without switches in their equations, and a function u o
 saturated ones, and ones that jump over 0. Times, directions, and what stops there are the same, in both arithmetics, of which `auto` takes the longer one where
 tolerances ask for it, forward and backward, and errors of times hold."""
 import json
+import math
 import random
 import sys
 
@@ -133,6 +134,20 @@ def small_before_large(solver, tally):
                 tally.check(t and abs(t["rows"][-1][1] - 1 - 3 * a / 2) <= max(1e-11, 1e-1 * rtol) and t["error_estimate"] <= 100 * rtol and len(t["events"]) == 1, f"a switch of weight {weight} {d} before another, rtol {rtol}", json.dumps(t["rows"][-1] if t else problem))
 
 
+def jump_beside_slope(solver, tally):
+    """A function that jumps as it passes 0 and is a line on both sides: near enough to the place the two are told apart, however long steps are. x = cos t passes 0 at pi/2 + k pi."""
+    for weight in (3, 30, 100, 300, 3000):
+        for k in range(0, 30, 3):
+            rtol, method = 10 ** (-6 - k / 5), ("taylor", "dop853", "radau", "tsit5")[k // 3 % 4]
+            result, problem = solver.solve({"system": {"form": "equations", "variables": ["x", "v", "z"], "equations": ["x' = -v", "v' = x", "z = 5*x/2 + 9*v/8"]}, "want": ["trajectory"],
+                                            "accuracy": {"rtol": rtol, "atol": rtol, "method": method, "arithmetic": "double"},
+                                            "trajectory": {"stop": 9, "samples": 2, "initial": {"x": 1, "v": 0}, "events": [{"name": "e", "expression": f"{weight}*x + sign(x)", "direction": "any"}]}})
+            events = result["trajectory"]["events"] if result else []
+            off = [abs(e["t"] - (j + 0.5) * math.pi) for j, e in enumerate(events)]
+            tally.check(len(off) == 3 and max(off) <= 1e3 * rtol and all(o <= e["error"] + 1e-14 and e["error"] <= 1e4 * rtol for o, e in zip(off, events)),
+                        f"a jump beside a slope of {weight}, {method}, rtol {rtol:.1e}", f"{off} {[e['error'] for e in events] or problem}")
+
+
 FACTORS = [("{g}", 1), ("10^(-40)*({g})", 1), ("-({g})*10^200", -1), ("({g})^3", 1), ("({g})^2", 0)]
 
 
@@ -226,6 +241,7 @@ def main():
     for n in range(scaled(25)):
         at_slides(forms.solver, tally, rng, n)
     small_before_large(forms.solver, tally)
+    jump_beside_slope(forms.solver, tally)
     if scale() >= 1:
         tally.check(through >= scaled(25), "motions in balls come to their ends", through)
         tally.check(forms.compared >= scaled(150), "most motions have zeros that lie apart", forms.compared)

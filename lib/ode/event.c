@@ -20,7 +20,7 @@ static const double SAME_TIME = 1e-13;
 /* Of a variable's size: where jumps of functions are looked for around an event's place; what a start is found to. */
 static const double PLACE = 1e-4, FOUND_TO = 1e-13;
 /* Of a step: for a function's slope, which is one where it is so much alike on both sides. Of times: what need not be mended. */
-static const double ASIDE = 1e-3, ALIKE = 4, ROUNDED = 8 * DBL_EPSILON;
+static const double ASIDE = 1e-3, NEARER = 32, ALIKE = 4, ROUNDED = 8 * DBL_EPSILON;
 
 struct place { double theta; int event, crossing; };
 
@@ -194,16 +194,23 @@ static int by_theta(const void *a, const void *b)
     return p->theta != q->theta ? (p->theta > q->theta) - (p->theta < q->theta) : p->event - q->event;
 }
 
-/* How fast the function passes 0 there; 0 where it does not pass it as a line does, or jumps. */
-static double slope_at(struct ode_march *m, const struct place *p)
+/* The function's slope between theta and so much of the step before and behind; 0: the two are not alike. */
+static double slope_within(struct ode_march *m, const struct place *p, double aside)
 {
-    double from = fmax(p->theta - ASIDE, 0), to = fmin(p->theta + ASIDE, 1);
-    if (!p->crossing || !(from < p->theta && p->theta < to))
+    double from = fmax(p->theta - aside, 0), to = fmin(p->theta + aside, 1);
+    if (!(from < p->theta && p->theta < to))
         return 0;
     double at = value_at(m, p->event, p->theta);
     double left = (at - value_at(m, p->event, from)) / (p->theta - from), right = (value_at(m, p->event, to) - at) / (to - p->theta);
     bool line = left * right > 0 && fabs(left) < ALIKE * fabs(right) && fabs(right) < ALIKE * fabs(left);
-    return line && isfinite(left + right) ? 0.5 * (left + right) / m->step.h : 0;
+    return line && isfinite(left + right) ? 0.5 * (left + right) : 0;
+}
+
+/* How fast the function passes 0 there; 0 where it does not pass it as a line does, or jumps: what seems a slope then is steeper the nearer one looks. */
+static double slope_at(struct ode_march *m, const struct place *p)
+{
+    double slope = p->crossing ? slope_within(m, p, ASIDE) : 0, nearer = slope != 0 ? slope_within(m, p, ASIDE / NEARER) : 0;
+    return slope * nearer > 0 && fabs(nearer) < ALIKE * fabs(slope) && fabs(slope) < ALIKE * fabs(nearer) ? slope / m->step.h : 0;
 }
 
 /* The motion's point at a place of the step, on the constraints; its time. */
