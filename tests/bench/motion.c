@@ -9,6 +9,7 @@
 
 #include "budget.h"
 #include "error.h"
+#include "field.h"
 #include "flow.h"
 #include "ode.h"
 #include "oracle.h"

@@ -18,6 +18,7 @@
 #include "budget.h"
 #include "error.h"
 #include "exec.h"
+#include "field.h"
 #include "flow.h"
 #include "ode.h"
 #include "problem.h"
