@@ -352,6 +352,8 @@ def refusals(c):
     sums("too many terms", "v[0] = sum(k = 1:999999999, v[0])", "too_many_variables", "4000000 terms")
     sums("too many terms of sums", "v[0] = sum(k = 1:3000, j = 1:3000, v[0])", "too_many_variables", "4000000 terms")
     sums("too much of a text", "v[0] = sum(k = 1:3999000, " + "v[0] + " * 20 + "0)", "too_many_variables", "bytes")
+    sums("as others write it", "v[0] = sum(v[k] for k in 1:3)", "unknown_name", "'k' is no loop name and no size of system.sizes; a sum is written sum(i = 1:3, x[i])", 14)
+    sums("of a name", "v[0] = sum(R)", "unknown_name", "unknown function 'sum'; a sum is written sum(i = 1:3, x[i])", 8)
     sums("a range", "v[0] = sum(v[1:n])", "expression_syntax", "adds terms up")
     lists = {"system": {"form": "equations", "variables": ["x[1:2]"], "equations": [{"for": "i = 1:2", "equation": "x[i]' = -x[i]"}]},
              "trajectory": {"stop": 1, "samples": 2, "initial": {"x[1:2]": [["x[1+1]"], ["0"]]}}}

@@ -15,6 +15,7 @@
 static const struct {
     const char *name, *advice;
 } foreign[] = {
+    { "sum", "a sum is written sum(i = 1:3, x[i])" },
     { "ln", "write log(x)" }, { "arcsin", "write asin(x)" }, { "arccos", "write acos(x)" },
     { "arctan", "write atan(x)" }, { "arctan2", "write atan2(y, x)" }, { "arcsinh", "write asinh(x)" },
     { "arccosh", "write acosh(x)" }, { "arctanh", "write atanh(x)" }, { "arsinh", "write asinh(x)" },

@@ -47,8 +47,9 @@ static bool expected(struct index_reader *r)
 {
     char shown[LEX_SHOWN], what[160];
     lex_show(r->text, r->tok, shown);
-    bool name = r->tok.kind == LEX_NAME;
-    snprintf(what, sizeof what, name ? "%s is no loop name and no size of system.sizes" : "found %s where a whole number, a loop name or a size is expected", shown);
+    bool name = r->tok.kind == LEX_NAME, sum = name && strstr(r->text, "sum(");
+    snprintf(what, sizeof what, name ? "%s is no loop name and no size of system.sizes%s" : "found %s where a whole number, a loop name or a size is expected%s",
+             shown, sum ? "; a sum is written sum(i = 1:3, x[i])" : "");
     return index_fail(r, r->tok.start, name ? SGA_E_EXPR_NAME : SGA_E_EXPR_SYNTAX, what);
 }
 
