@@ -351,6 +351,7 @@ def refusals(c):
     sums("an unknown bound", "v[0] = sum(k = 1:w, v[k])", "unknown_name", "'w'", 18)
     sums("too many terms", "v[0] = sum(k = 1:999999999, v[0])", "too_many_variables", "4000000 terms")
     sums("too many terms of sums", "v[0] = sum(k = 1:3000, j = 1:3000, v[0])", "too_many_variables", "4000000 terms")
+    sums("bounds without end, and no term", "v[0] = sum(k = 1:4000, sum(j = 1:900000, l = j+1:j, v[0]))", "too_many_variables", "4000000 terms")
     sums("too much of a text", "v[0] = sum(k = 1:3999000, " + "v[0] + " * 20 + "0)", "too_many_variables", "bytes")
     sums("as others write it", "v[0] = sum(v[k] for k in 1:3)", "unknown_name", "'k' is no loop name and no size of system.sizes; a sum is written sum(i = 1:3, x[i])", 14)
     sums("of a name", "v[0] = sum(R)", "unknown_name", "unknown function 'sum'; a sum is written sum(i = 1:3, x[i])", 8)

@@ -8,8 +8,8 @@
 
 static const char word[] = "sum", form[] = "a sum is written sum(i = 1:3, x[i]), over several names sum(i = 1:3, j = 1:i, a[i,j])";
 
-/* Bytes of a term that cost another one. */
-enum { READ_AS_TERM = 100 };
+/* Bytes of a term, and bounds that are worked out, perhaps for nothing, that cost another one. */
+enum { READ_AS_TERM = 100, TURNS_AS_TERM = 4 };
 
 /* Whether a loop's name and its = begin at byte `at`. */
 static bool starts_loop(const char *text, size_t at)
@@ -142,6 +142,8 @@ bool index_write_sum(struct index_reader *r, struct sga_buf *out, struct index_s
     }
     if (r->err->code != SGA_E_OK)
         return moved(r, loop, p.loop);
+    if (!pay(r, out, start, (size_t)l.turns / TURNS_AS_TERM))
+        return false;
     sga_buf_puts(out, any ? ")" : "0)");
     assert(r->tok.kind == LEX_CLOSE);
     return true;
